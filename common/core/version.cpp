@@ -1,0 +1,7 @@
+#include "common/core/version.h"
+
+namespace periplus {
+
+const char* version() { return PERIPLUS_VERSION; }
+
+}  // namespace periplus

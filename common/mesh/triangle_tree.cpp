@@ -1,0 +1,200 @@
+#include "common/mesh/triangle_tree.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "common/core/error.h"
+
+namespace periplus::mesh {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kLeaf = 4;
+using Corners = std::array<Vector3d, 3>;
+
+// C. Ericson, Real-Time Collision Detection, 5.1.5.
+Vector3d closest_on_triangle(const Corners& c, const Vector3d& p) {
+  const auto& [a, b, d] = c;
+  const Vector3d ab = b - a, ac = d - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const Vector3d bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + ab * (d1 / (d1 - d3));
+  const Vector3d cp = p - d;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return d;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + ac * (d2 / (d2 - d6));
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+  const double denominator = 1 / (va + vb + vc);
+  return a + ab * (vb * denominator) + ac * (vc * denominator);
+}
+
+// T. Moeller, B. Trumbore 1997.
+std::optional<double> ray_triangle(const Corners& c, const Vector3d& o, const Vector3d& d) {
+  const Vector3d e1 = c[1] - c[0], e2 = c[2] - c[0], h = d.cross(e2);
+  const double det = e1.dot(h);
+  if (det == 0) return std::nullopt;
+  const Vector3d s = o - c[0];
+  const double u = s.dot(h) / det;
+  if (u < 0 || u > 1) return std::nullopt;
+  const Vector3d q = s.cross(e1);
+  const double v = d.dot(q) / det;
+  if (v < 0 || u + v > 1) return std::nullopt;
+  const double t = e2.dot(q) / det;
+  return t >= 0 ? std::optional<double>(t) : std::nullopt;
+}
+
+struct Node {
+  Vector3d lower, upper;
+  int first = 0, count = 0;  // leaf: triangles; inner: count 0, first = right child, the left one follows directly
+};
+
+double distance_squared(const Node& n, const Vector3d& p) {
+  return (n.lower - p).cwiseMax(p - n.upper).cwiseMax(0).squaredNorm();
+}
+
+bool ray_box(const Node& n, const Vector3d& o, const Vector3d& inverse, double t_max) {
+  double low = 0, high = t_max;
+  for (int k = 0; k < 3; ++k) {
+    const double a = (n.lower[k] - o[k]) * inverse[k], b = (n.upper[k] - o[k]) * inverse[k];
+    // A ray in a face of the box gives NaN, which fmin and fmax pass over.
+    low = std::fmax(low, std::fmin(a, b));
+    high = std::fmin(high, std::fmax(a, b));
+  }
+  return low <= high * (1 + 1e-12);
+}
+
+}  // namespace
+
+struct TriangleTree::Impl {
+  std::vector<Corners> corners;
+  std::vector<int> order;
+  std::vector<Node> nodes;
+
+  void build(int first, int count) {
+    const auto at = nodes.size();
+    nodes.emplace_back();
+    Node node;
+    node.lower = Vector3d::Constant(std::numeric_limits<double>::infinity());
+    node.upper = -node.lower;
+    Vector3d centre_low = node.lower, centre_high = node.upper;
+    for (int i = first; i < first + count; ++i) {
+      const Corners& c = corners[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])];
+      for (const Vector3d& p : c) {
+        node.lower = node.lower.cwiseMin(p);
+        node.upper = node.upper.cwiseMax(p);
+      }
+      const Vector3d m = c[0] + c[1] + c[2];
+      centre_low = centre_low.cwiseMin(m);
+      centre_high = centre_high.cwiseMax(m);
+    }
+    if (count <= kLeaf) {
+      node.first = first;
+      node.count = count;
+      nodes[at] = node;
+      return;
+    }
+    int axis = 0;
+    (centre_high - centre_low).maxCoeff(&axis);
+    const auto begin = order.begin() + first;
+    const int half = count / 2;
+    std::nth_element(begin, begin + half, begin + count, [&](int a, int b) {
+      const auto middle = [&](int i) {
+        const Corners& c = corners[static_cast<std::size_t>(i)];
+        return c[0][axis] + c[1][axis] + c[2][axis];
+      };
+      const double ma = middle(a), mb = middle(b);
+      return ma < mb || (ma == mb && a < b);
+    });
+    build(first, half);
+    node.first = static_cast<int>(nodes.size());
+    build(first + half, count - half);
+    nodes[at] = node;
+  }
+};
+
+TriangleTree::TriangleTree(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+  mesh.check();
+  require(!mesh.empty(), ErrorCode::bad_input, "mesh: there are no triangles to search in");
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    impl_->corners.push_back({mesh.vertices[static_cast<std::size_t>(t[0])], mesh.vertices[static_cast<std::size_t>(t[1])],
+                              mesh.vertices[static_cast<std::size_t>(t[2])]});
+  impl_->order.resize(impl_->corners.size());
+  std::iota(impl_->order.begin(), impl_->order.end(), 0);
+  impl_->nodes.reserve(impl_->corners.size());
+  impl_->build(0, static_cast<int>(impl_->corners.size()));
+}
+
+TriangleTree::~TriangleTree() = default;
+TriangleTree::TriangleTree(TriangleTree&&) noexcept = default;
+
+TriangleTree::Closest TriangleTree::closest(const Vector3d& p) const {
+  double best = std::numeric_limits<double>::infinity();
+  Closest result;
+  std::array<int, 128> stack;  // the tree is balanced: 64 levels are beyond any memory
+  int top = 0;
+  stack[static_cast<std::size_t>(top++)] = 0;
+  while (top > 0) {
+    const int at = stack[static_cast<std::size_t>(--top)];
+    const Node& n = impl_->nodes[static_cast<std::size_t>(at)];
+    if (distance_squared(n, p) >= best) continue;
+    if (n.count > 0) {
+      for (int i = n.first; i < n.first + n.count; ++i) {
+        const int triangle = impl_->order[static_cast<std::size_t>(i)];
+        const Vector3d q = closest_on_triangle(impl_->corners[static_cast<std::size_t>(triangle)], p);
+        const double d = (q - p).squaredNorm();
+        if (d < best) {
+          best = d;
+          result.point = q;
+          result.triangle = triangle;
+        }
+      }
+      continue;
+    }
+    int near = at + 1, far = n.first;
+    if (distance_squared(impl_->nodes[static_cast<std::size_t>(far)], p) < distance_squared(impl_->nodes[static_cast<std::size_t>(near)], p))
+      std::swap(near, far);
+    stack[static_cast<std::size_t>(top++)] = far;
+    stack[static_cast<std::size_t>(top++)] = near;
+  }
+  result.distance = std::sqrt(best);
+  return result;
+}
+
+std::optional<TriangleTree::Hit> TriangleTree::ray(const Vector3d& origin, const Vector3d& direction, double t_max) const {
+  const Vector3d inverse = direction.cwiseInverse();
+  std::optional<Hit> best;
+  double reach = t_max;
+  std::array<int, 128> stack;
+  int top = 0;
+  stack[static_cast<std::size_t>(top++)] = 0;
+  while (top > 0) {
+    const int at = stack[static_cast<std::size_t>(--top)];
+    const Node& n = impl_->nodes[static_cast<std::size_t>(at)];
+    if (!ray_box(n, origin, inverse, reach)) continue;
+    if (n.count == 0) {
+      stack[static_cast<std::size_t>(top++)] = n.first;
+      stack[static_cast<std::size_t>(top++)] = at + 1;
+      continue;
+    }
+    for (int i = n.first; i < n.first + n.count; ++i) {
+      const int triangle = impl_->order[static_cast<std::size_t>(i)];
+      const auto t = ray_triangle(impl_->corners[static_cast<std::size_t>(triangle)], origin, direction);
+      if (t && *t <= reach) {
+        reach = *t;
+        best = Hit{*t, triangle};
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace periplus::mesh

@@ -1,0 +1,65 @@
+#include "common/mesh/triangle_tree.h"
+
+#include <gtest/gtest.h>
+
+#include "common/core/error.h"
+#include "common/core/random.h"
+
+namespace periplus::mesh {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(TriangleTree, DistancesToAKnownBox) {
+  const TriangleTree tree(make_box({1, 2, 3}, 1));
+  EXPECT_NEAR(tree.closest({1.5, 0, 0}).distance, 1.0, 1e-12);
+  EXPECT_NEAR(tree.closest({0.4, 0, 0}).distance, 0.1, 1e-12);  // from inside
+  EXPECT_NEAR(tree.closest({1.5, 2, 0}).distance, std::sqrt(2.0), 1e-12);
+  EXPECT_NEAR((tree.closest({0, 0, 9}).point - Vector3d(0, 0, 1.5)).norm(), 0, 1e-12);
+}
+
+// Against a search through all triangles, each as a tree of its own.
+TEST(TriangleTree, AgreesWithExhaustiveSearch) {
+  TriangleMesh m = make_sphere(1, 1);
+  Random random(4);
+  for (Vector3d& p : m.vertices) p *= random.uniform(0.7, 1.3);
+  const TriangleTree tree(m);
+  std::vector<TriangleTree> single;
+  for (const auto& t : m.triangles) {
+    TriangleMesh one;
+    for (int k = 0; k < 3; ++k) one.vertices.push_back(m.vertices[static_cast<std::size_t>(t[k])]);
+    one.triangles.emplace_back(0, 1, 2);
+    single.emplace_back(one);
+  }
+  int hits = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const Vector3d p(random.normal(), random.normal(), random.normal());
+    const Vector3d d = 0.3 * Vector3d(random.normal(), random.normal(), random.normal()) - p;
+    double nearest = 1e9, first = 1e9;
+    for (const auto& s : single) {
+      nearest = std::min(nearest, s.closest(p).distance);
+      if (const auto hit = s.ray(p, d)) first = std::min(first, hit->t);
+    }
+    EXPECT_NEAR(tree.closest(p).distance, nearest, 1e-12);
+    const auto hit = tree.ray(p, d);
+    EXPECT_EQ(hit.has_value(), first < 1e9);
+    if (!hit) continue;
+    ++hits;
+    EXPECT_NEAR(hit->t, first, 1e-12);
+    EXPECT_FALSE(tree.ray(p, d, first * 0.999).has_value());
+    EXPECT_NEAR(tree.closest(p + hit->t * d).distance, 0, 1e-9);
+  }
+  EXPECT_GT(hits, 10);
+}
+
+TEST(TriangleTree, RayAlongAnAxis) {
+  const TriangleTree tree(make_box({1, 1, 1}, 1));
+  const auto hit = tree.ray({-3, 0.1, 0.2}, {1, 0, 0});
+  ASSERT_TRUE(hit.has_value());
+  EXPECT_NEAR(hit->t, 2.5, 1e-12);
+  EXPECT_FALSE(tree.ray({-3, 0.1, 0.2}, {-1, 0, 0}).has_value());
+  EXPECT_THROW(TriangleTree(TriangleMesh{}), Error);
+}
+
+}  // namespace
+}  // namespace periplus::mesh

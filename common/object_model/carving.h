@@ -1,0 +1,60 @@
+// Depth map based space carving (thesis 4.2.1.4, Algorithm 3), conservative.
+//
+// A voxel is shown to be empty by a depth map if all pixels of its projection carry a depth that lies beyond the voxel's
+// centre by more than a margin. The thesis' margin is half a voxel; half a voxel's diagonal (0.87) is the least that
+// empties no voxel which the surface touches, as long as the depths are exact. Depths are along the optical axis.
+//
+// Which pixels carve, and how far:
+//   valid                    to the least depth within the pixel's footprint (DepthMap::depth_minimum)
+//   valid, on a known solid  `solid_extra_voxels` further, so that no layer stays standing on the table
+//   without depth            never; but a gap of at most `gap_px` carves to the least of its four neighbours, unless the
+//                            view is cautious
+// A view is cautious when less than `cautious_share` of the object's silhouette has a depth; what it shows to be empty is
+// then emptied only with the vote of another depth map.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/geometry/image.h"
+#include "common/object_model/perception.h"
+#include "common/voxel/occupancy_grid.h"
+
+namespace periplus::scene {
+class CollisionWorld;
+}
+
+namespace periplus::object_model {
+
+struct CarvingSettings {
+  double margin_voxels = 0.87;        // beyond the voxel's centre [voxels]
+  int gap_px = 8;                     // longest gap that is closed [px]
+  double cautious_share = 0.8;        // of the silhouette with a depth, below which a view is cautious
+  int cautious_votes = 2;             // depth maps that must agree before a cautious view empties a voxel
+  double solid_extra_voxels = 1.5;    // [voxels]
+  double solid_tolerance_m = 0.004;   // a point this close to a known solid is that solid's [m]
+  int known_points = 3;               // depth points within a voxel that make it known
+  int seen_points = 10;               // depth points closely behind a voxel that make it known
+  double truncation_voxels = 3;       // of the signed distance [voxels]
+
+  // Throws Error(bad_input) naming the value and its range.
+  void check() const;
+};
+
+enum class PixelKind : std::uint8_t { none = 0, surface = 1, known_solid = 2 };
+
+// How far each pixel carves [m] (0: not at all) and what it shows. `limit` has the size of the depth map.
+struct PixelLimits {
+  ImageF limit;
+  Image<PixelKind> kind;
+};
+
+// `known` may be null: no known solids. Throws Error(bad_size) if the images do not fit the camera.
+PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometry, const CarvingSettings& settings, bool cautious,
+                         const scene::CollisionWorld* known);
+
+// Plane (layout of OccupancyGrid) of the occupied voxels, environment left out, that the limits show to be empty.
+std::vector<std::uint64_t> seen_through(const voxel::OccupancyGrid& grid, const Pinhole& camera, const Pose& X_WC, const ImageF& limit,
+                                        double margin_voxels);
+
+}  // namespace periplus::object_model

@@ -1,0 +1,195 @@
+#include "common/object_model/carving.h"
+
+#include <gtest/gtest.h>
+
+#include "common/core/error.h"
+#include "common/core/random.h"
+#include "common/object_model/evidence.h"
+#include "common/object_model/testing/sphere_views.h"
+#include "common/scene/scene.h"
+
+namespace periplus::object_model {
+namespace {
+
+using namespace testing;
+
+const CarvingSettings kSettings;
+
+// Algorithm 3 to the letter: each voxel, each pixel of the rectangle around its projection.
+bool naive_empty(const voxel::GridGeometry& g, const Eigen::Vector3i& v, const Pinhole& camera, const Pose& X_WC, const ImageF& limit, double margin) {
+  const Pose X_CG = X_WC.inverse() * g.X_WG;
+  double u0 = 1e9, u1 = -1e9, v0 = 1e9, v1 = -1e9;
+  for (int c = 0; c < 8; ++c) {
+    const Eigen::Vector3d p = X_CG * ((v.cast<double>() + Eigen::Vector3d(c & 1, (c >> 1) & 1, c >> 2)) * g.voxel_size);
+    if (p.z() <= 1e-3) return false;
+    const Eigen::Vector2d q = camera.project(p);
+    u0 = std::min(u0, q.x());
+    u1 = std::max(u1, q.x());
+    v0 = std::min(v0, q.y());
+    v1 = std::max(v1, q.y());
+  }
+  const double depth = (X_CG * ((v.cast<double>().array() + 0.5) * g.voxel_size).matrix()).z();
+  for (int y = static_cast<int>(std::floor(v0 + 0.5)); y <= static_cast<int>(std::floor(v1 + 0.5)); ++y)
+    for (int x = static_cast<int>(std::floor(u0 + 0.5)); x <= static_cast<int>(std::floor(u1 + 0.5)); ++x) {
+      if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return false;
+      if (!(limit.at(x, y) - depth > margin * g.voxel_size)) return false;
+    }
+  return true;
+}
+
+bool in_plane(const voxel::OccupancyGrid& grid, const std::vector<std::uint64_t>& plane, const Eigen::Vector3i& v) {
+  return plane[grid.word(v)] & voxel::OccupancyGrid::bit(v);
+}
+
+TEST(Carving, AgreesWithTheNaiveAlgorithmOnRandomDepths) {
+  Random random(3);
+  const Pinhole camera = Pinhole::from_vertical_fov(160, 120, 0.5);
+  int emptied = 0, standing = 0;
+  for (int round = 0; round < 6; ++round) {
+    const Pose X_WB = make_pose({0, 0, 1}, rotation_from_yaw_pitch_roll(random.uniform(-3, 3), random.uniform(-0.5, 0.5), 0));
+    const voxel::OccupancyGrid grid(voxel::GridGeometry::from_box(X_WB, {0.31, 0.22, 0.27}, round % 2 ? 0.02 : 0.013));
+    const Pose X_WC = look_at({random.uniform(0.5, 0.9), random.uniform(-0.6, 0.6), random.uniform(0.6, 1.4)}, {0, 0, 1});
+    // Blocks of depth, some without any, so that whole projections may agree.
+    ImageF limit(160, 120);
+    for (int y = 0; y < 120; y += 20)
+      for (int x = 0; x < 160; x += 20) {
+        const float z = random.uniform() < 0.1 ? 0.0f : static_cast<float>(random.uniform(0.4, 2));
+        for (int dy = 0; dy < 20; ++dy)
+          for (int dx = 0; dx < 20; ++dx) limit.at(x + dx, y + dy) = z;
+      }
+    const auto plane = seen_through(grid, camera, X_WC, limit, 0.87);
+    for_each_voxel(grid.geometry(), [&](const Eigen::Vector3i& v) {
+      const bool expected = naive_empty(grid.geometry(), v, camera, X_WC, limit, 0.87);
+      EXPECT_EQ(in_plane(grid, plane, v), expected);
+      ++(expected ? emptied : standing);
+    });
+  }
+  EXPECT_GT(emptied, 1000);
+  EXPECT_GT(standing, 1000);
+}
+
+TEST(Carving, EmptiesNoVoxelThatTheSphereTouchesAndAllThatAreFarFromIt) {
+  const Sphere sphere;
+  const ObjectBox box = box_around(sphere);
+  voxel::OccupancyGrid grid(voxel::GridGeometry::from_box(box.X_WB, box.size, 0.01));
+  Evidence evidence(grid.geometry());
+  for (int n = 0; n < 8; ++n) {
+    const Perception p = ideal_view(sphere, n, 8);
+    for (const DepthMap& map : p.depth) {
+      const PixelLimits limits = pixel_limits(map, grid.geometry(), kSettings, false, nullptr);
+      empty_voxels(seen_through(grid, map.camera, map.X_WC, limits.limit, kSettings.margin_voxels), false, kSettings, grid, evidence);
+    }
+  }
+  int touching = 0, far = 0, inside = 0;
+  for_each_voxel(grid.geometry(), [&](const Eigen::Vector3i& v) {
+    const auto [least, most] = distance_range(grid.geometry(), v, sphere);
+    const voxel::VoxelState s = grid.state(v);
+    if (most < sphere.radius || touches(grid.geometry(), v, sphere)) {
+      EXPECT_NE(s, voxel::VoxelState::empty) << v.transpose();
+      ++(most < sphere.radius ? inside : touching);
+    } else if (least > sphere.radius + 0.05 && (grid.geometry().center_world(v) - sphere.center).head<2>().norm() < 0.2 &&
+               std::abs(v.z() - 25) < 8) {  // within every image
+      EXPECT_EQ(s, voxel::VoxelState::empty) << v.transpose();
+      ++far;
+    }
+  });
+  EXPECT_GT(touching, 2000);
+  EXPECT_GT(inside, 5000);
+  EXPECT_GT(far, 100);
+}
+
+TEST(Carving, EmptiesTheSpaceBeforeAWall) {
+  const Pinhole camera = Pinhole::from_vertical_fov(320, 240, 0.5);
+  const voxel::GridGeometry g = voxel::GridGeometry::from_box(make_pose({1, 0, 0}, Eigen::Matrix3d::Identity()), {0.2, 0.2, 0.2}, 0.01);
+  const voxel::OccupancyGrid grid(g);
+  const Pose X_WC = look_along({0, 0, 0}, 0, 0);
+  const auto plane = seen_through(grid, camera, X_WC, ImageF(320, 240, 1, 1.0f), 0.87);
+  for_each_voxel(g, [&](const Eigen::Vector3i& v) {
+    // The wall stands at x = 1 m; voxels whose centre lies more than 0.87 voxels before it are empty, no others.
+    EXPECT_EQ(in_plane(grid, plane, v), g.center_world(v).x() + 0.0087 < 1.0) << v.transpose();
+  });
+}
+
+TEST(Carving, PixelsWithoutDepthNeverCarve) {
+  const Sphere sphere;
+  Perception p = ideal_view(sphere, 0, 4);
+  DepthMap& map = p.depth[0];
+  const ObjectBox box = box_around(sphere);
+  const voxel::OccupancyGrid grid(voxel::GridGeometry::from_box(box.X_WB, box.size, 0.01));
+  // The left half of the image is blind.
+  for (int y = 0; y < map.depth.height; ++y)
+    for (int x = 0; x < map.depth.width / 2; ++x) map.depth.at(x, y) = 0;
+  const PixelLimits limits = pixel_limits(map, grid.geometry(), kSettings, true, nullptr);
+  const auto plane = seen_through(grid, map.camera, map.X_WC, limits.limit, kSettings.margin_voxels);
+  const Pose X_CW = map.X_WC.inverse();
+  int left = 0, right = 0;
+  for_each_voxel(grid.geometry(), [&](const Eigen::Vector3i& v) {
+    const bool blind = map.camera.project(X_CW * grid.geometry().center_world(v)).x() < map.depth.width / 2;
+    if (in_plane(grid, plane, v)) ++(blind ? left : right);
+  });
+  EXPECT_EQ(left, 0);
+  EXPECT_GT(right, 1000);
+}
+
+TEST(PixelLimits, OnlyNarrowGapsOfViewsThatAreNotCautiousClose) {
+  const voxel::GridGeometry g = voxel::GridGeometry::from_box(make_pose({0, 0, 1}, Eigen::Matrix3d::Identity()), {0.2, 0.2, 0.2}, 0.01);
+  DepthMap map;
+  map.camera = Pinhole::from_vertical_fov(100, 80, 0.5);
+  map.depth = ImageF(100, 80, 1, 2.0f);
+  for (int y = 30; y < 36; ++y)
+    for (int x = 30; x < 36; ++x) map.depth.at(x, y) = 0;
+  for (int y = 30; y < 60; ++y)
+    for (int x = 50; x < 80; ++x) map.depth.at(x, y) = 0;
+  map.depth.at(29, 33) = 1.5f;
+  map.depth_minimum = map.depth;
+  const PixelLimits open = pixel_limits(map, g, kSettings, false, nullptr);
+  EXPECT_FLOAT_EQ(open.limit.at(33, 33), 1.5f);  // the least of its four neighbours
+  EXPECT_FLOAT_EQ(open.limit.at(33, 31), 2.0f);
+  EXPECT_EQ(open.limit.at(65, 45), 0.0f);
+  EXPECT_EQ(open.kind.at(33, 33), PixelKind::none);  // closed, not measured
+  const PixelLimits cautious = pixel_limits(map, g, kSettings, true, nullptr);
+  EXPECT_EQ(cautious.limit.at(33, 33), 0.0f);
+}
+
+TEST(PixelLimits, KnownSolidsCarveFurtherButNotAcrossADepthEdge) {
+  scene::Scene scene;
+  scene::Solid table;
+  table.name = "table";
+  table.size = {2, 2, 0.7};
+  table.X_WS.translation() = Eigen::Vector3d(0, 0, 0.35);
+  scene.solids.push_back(table);
+  const scene::CollisionWorld world(scene);
+  const voxel::GridGeometry g = voxel::GridGeometry::from_box(make_pose({0, 0, 0.75}, Eigen::Matrix3d::Identity()), {0.2, 0.2, 0.2}, 0.01);
+  DepthMap map;
+  map.camera = Pinhole::from_vertical_fov(60, 60, 0.2);
+  map.X_WC = look_at({0.001, 0, 1.7}, {0, 0, 0.7});  // straight down on the table, 1 m below
+  map.depth = ImageF(60, 60, 1, 1.0f);
+  map.depth_minimum = map.depth;
+  map.depth_minimum.at(10, 10) = 0.9f;   // something stands there
+  map.depth.at(20, 20) = map.depth_minimum.at(20, 20) = 0.95f;  // 5 cm over the table: the object
+  const PixelLimits limits = pixel_limits(map, g, kSettings, false, &world);
+  EXPECT_EQ(limits.kind.at(30, 30), PixelKind::known_solid);
+  EXPECT_NEAR(limits.limit.at(30, 30), 1.015, 1e-6);
+  EXPECT_NEAR(limits.limit.at(10, 10), 0.9, 1e-6);
+  EXPECT_EQ(limits.kind.at(20, 20), PixelKind::surface);
+  EXPECT_NEAR(limits.limit.at(20, 20), 0.95, 1e-6);
+}
+
+TEST(PixelLimits, RefusesImagesThatDoNotFit) {
+  Perception p = ideal_view({}, 0, 4);
+  p.depth[0].depth_minimum = ImageF(3, 3);
+  EXPECT_THROW(pixel_limits(p.depth[0], voxel::GridGeometry::from_box(Pose::Identity(), {0.1, 0.1, 0.1}, 0.01), kSettings, false, nullptr), Error);
+}
+
+TEST(CarvingSettings, SayWhichValueIsOutOfRange) {
+  CarvingSettings s;
+  EXPECT_NO_THROW(s.check());
+  s.margin_voxels = 0.2;
+  EXPECT_THROW(s.check(), Error);
+  s = {};
+  s.known_points = 0;
+  EXPECT_THROW(s.check(), Error);
+}
+
+}  // namespace
+}  // namespace periplus::object_model

@@ -1,0 +1,110 @@
+#include "common/object_model/evidence.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace periplus::object_model {
+namespace {
+
+const CarvingSettings kSettings;
+
+// A grid of 20^3 voxels of 1 cm whose middle lies 1 m before a camera that looks along x.
+struct Wall {
+  voxel::GridGeometry g = voxel::GridGeometry::from_box(make_pose({1, 0, 0}, Eigen::Matrix3d::Identity()), {0.2, 0.2, 0.2}, 0.01);
+  voxel::OccupancyGrid grid{g};
+  Evidence evidence{g};
+  DepthMap map;
+  PixelLimits limits;
+
+  explicit Wall(float depth, PixelKind kind = PixelKind::surface) {
+    map.camera = Pinhole::from_vertical_fov(400, 400, 0.3);
+    map.X_WC = look_along({0, 0, 0}, 0, 0);
+    map.depth = map.depth_minimum = ImageF(400, 400, 1, depth);
+    limits.limit = map.depth;
+    limits.kind = Image<PixelKind>(400, 400, 1, kind);
+  }
+  std::size_t at(int x) const { return voxel_index(g, {x, 10, 10}); }
+  voxel::VoxelState state(int x) const { return grid.state({x, 10, 10}); }
+  std::vector<std::uint64_t> plane_of(int x) const {
+    std::vector<std::uint64_t> plane(grid.occupied().size(), 0);
+    plane[grid.word({x, 10, 10})] |= voxel::OccupancyGrid::bit({x, 10, 10});
+    return plane;
+  }
+  const std::vector<std::uint64_t> nothing = std::vector<std::uint64_t>(grid.occupied().size(), 0);
+};
+
+TEST(Evidence, PointsCountWhereTheyFallAndCloselyBefore) {
+  Wall s(1.005f);  // the middle of voxel 10
+  add_points(s.map, s.limits, s.g, kSettings, s.evidence);
+  EXPECT_GT(s.evidence.points[s.at(10)], 100);  // a voxel is some 13 pixels wide
+  EXPECT_EQ(s.evidence.points[s.at(9)], 0);
+  EXPECT_EQ(s.evidence.points[s.at(11)], 0);
+  EXPECT_GT(s.evidence.seen[s.at(10)], 100);
+  EXPECT_GT(s.evidence.seen[s.at(9)], 100);  // before the surface by less than the margin
+  EXPECT_EQ(s.evidence.seen[s.at(7)], 0);
+  EXPECT_EQ(s.evidence.seen[s.at(12)], 0);
+  EXPECT_EQ(s.evidence.solid[s.at(10)], 0);
+}
+
+TEST(Evidence, LabelsFollowTheCounters) {
+  Wall s(1.005f);
+  s.evidence.points[s.at(5)] = 3;
+  s.evidence.points[s.at(6)] = 2;
+  s.evidence.seen[s.at(7)] = 10;
+  s.evidence.seen[s.at(8)] = 9;
+  s.evidence.solid[s.at(9)] = 10;
+  s.evidence.solid[s.at(10)] = 100;
+  s.evidence.points[s.at(10)] = 3;
+  label(s.nothing, kSettings, s.evidence, s.grid);
+  EXPECT_EQ(s.state(5), voxel::VoxelState::known);
+  EXPECT_EQ(s.state(6), voxel::VoxelState::unknown);
+  EXPECT_EQ(s.state(7), voxel::VoxelState::known);
+  EXPECT_EQ(s.state(8), voxel::VoxelState::unknown);
+  EXPECT_EQ(s.state(9), voxel::VoxelState::environment);
+  EXPECT_EQ(s.state(10), voxel::VoxelState::known);  // the object's points outweigh the table's
+  EXPECT_EQ(s.grid.counts(), (voxel::Counts{8000 - 4, 3, 0, 1}));
+}
+
+TEST(Evidence, KnownSolidsFromTheStartStayEnvironment) {
+  Wall s(1.005f);
+  const auto table = s.plane_of(4);
+  s.evidence.points[s.at(4)] = 500;
+  label(table, kSettings, s.evidence, s.grid);
+  EXPECT_EQ(s.state(4), voxel::VoxelState::environment);
+}
+
+TEST(Evidence, KnownIsNotSticky) {
+  Wall s(1.005f);
+  s.evidence.points[s.at(5)] = 30;
+  label(s.nothing, kSettings, s.evidence, s.grid);
+  ASSERT_EQ(s.state(5), voxel::VoxelState::known);
+  empty_voxels(s.plane_of(5), false, kSettings, s.grid, s.evidence);
+  label(s.nothing, kSettings, s.evidence, s.grid);
+  EXPECT_EQ(s.state(5), voxel::VoxelState::empty);
+}
+
+TEST(Evidence, CautiousViewsNeedASecondVote) {
+  Wall s(1.005f);
+  empty_voxels(s.plane_of(5), true, kSettings, s.grid, s.evidence);
+  EXPECT_EQ(s.state(5), voxel::VoxelState::unknown);
+  empty_voxels(s.plane_of(6), true, kSettings, s.grid, s.evidence);
+  EXPECT_EQ(s.state(6), voxel::VoxelState::unknown);
+  empty_voxels(s.plane_of(5), true, kSettings, s.grid, s.evidence);
+  EXPECT_EQ(s.state(5), voxel::VoxelState::empty);
+  empty_voxels(s.plane_of(6), false, kSettings, s.grid, s.evidence);
+  EXPECT_EQ(s.state(6), voxel::VoxelState::empty);
+}
+
+TEST(Evidence, PointsOfKnownSolidsAreNotTheObjects) {
+  Wall s(1.005f, PixelKind::known_solid);
+  add_points(s.map, s.limits, s.g, kSettings, s.evidence);
+  EXPECT_EQ(s.evidence.points[s.at(10)], 0);
+  EXPECT_GT(s.evidence.solid[s.at(10)], 100);
+  label(s.nothing, kSettings, s.evidence, s.grid);
+  EXPECT_EQ(s.state(10), voxel::VoxelState::environment);
+  EXPECT_EQ(s.state(3), voxel::VoxelState::unknown);
+}
+
+}  // namespace
+}  // namespace periplus::object_model

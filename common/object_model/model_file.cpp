@@ -1,0 +1,292 @@
+#include "common/object_model/model_file.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/core/error.h"
+#include "common/core/hash.h"
+#include "common/object_model/compression.h"
+#include "common/object_model/model.pb.h"
+
+namespace periplus::object_model {
+
+namespace {
+
+constexpr std::string_view kMagic = "PERIPLUS-MODEL 1\n";
+constexpr std::size_t kDigest = 64;
+constexpr std::size_t kMostViews = 4096, kMostFeatures = 8192, kMostDescriptor = 512;
+constexpr std::uint32_t kMostPixelsASide = 8192;
+
+template <class T>
+void pack(const std::vector<T>& from, proto::Array& to) {
+  to.set_elements(from.size());
+  to.set_element_bytes(sizeof(T));
+  to.set_deflated(pack_bytes(from.data(), from.size(), sizeof(T)));
+}
+
+template <class T>
+std::vector<T> unpack(const proto::Array& from, std::size_t elements, const char* what) {
+  require(from.elements() == elements && from.element_bytes() == sizeof(T), ErrorCode::bad_size,
+          std::string("the model's array `") + what + "` does not fit its grid or image");
+  require(may_hold(from.deflated(), elements * sizeof(T)), ErrorCode::bad_size,
+          std::string("the model's array `") + what + "` is shorter than its claimed size allows");
+  std::vector<T> to(elements);
+  unpack_bytes(from.deflated(), elements, sizeof(T), to.data());
+  return to;
+}
+
+using Numbers = google::protobuf::RepeatedField<double>;
+
+void require_numbers(const Numbers& numbers, int count, const char* what) {
+  require(numbers.size() == count, ErrorCode::bad_size, std::string("the model's `") + what + "` needs " + std::to_string(count) + " numbers");
+  for (double v : numbers)
+    require(std::isfinite(v), ErrorCode::not_finite, std::string("the model's `") + what + "` holds a number that is not finite");
+}
+
+void put(const Pose& X, Numbers* to) {
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column) to->Add(X.matrix()(row, column));
+}
+
+Pose pose(const Numbers& from, const char* what) {
+  require_numbers(from, 12, what);
+  Pose X = Pose::Identity();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column) X.matrix()(row, column) = from.Get(row * 4 + column);
+  const Eigen::Matrix3d R = X.linear();
+  require((R.transpose() * R).isApprox(Eigen::Matrix3d::Identity(), 1e-6) && R.determinant() > 0, ErrorCode::bad_input,
+          std::string("the model's `") + what + "` is not a rigid pose");
+  return X;
+}
+
+void put(const Eigen::Vector3d& v, Numbers* to) {
+  for (int n = 0; n < 3; ++n) to->Add(v[n]);
+}
+
+Eigen::Vector3d vector(const Numbers& from, const char* what) {
+  require_numbers(from, 3, what);
+  return {from.Get(0), from.Get(1), from.Get(2)};
+}
+
+double finite(double v, const char* what) {
+  require(std::isfinite(v), ErrorCode::not_finite, std::string("the model's `") + what + "` is not a finite number");
+  return v;
+}
+
+void put(const View& from, proto::View& to) {
+  to.set_view_id(from.view_id);
+  to.set_stamp_ns(from.stamp_ns);
+  to.set_width(static_cast<std::uint32_t>(from.rig.camera.width));
+  to.set_height(static_cast<std::uint32_t>(from.rig.camera.height));
+  to.set_fx(from.rig.camera.fx);
+  to.set_fy(from.rig.camera.fy);
+  to.set_cx(from.rig.camera.cx);
+  to.set_cy(from.rig.camera.cy);
+  to.set_baseline(from.rig.baseline);
+  put(from.X_WC, to.mutable_pose_world_camera());
+  for (int n = 0; n < 36; ++n) to.add_covariance(from.covariance(n / 6, n % 6));
+  to.set_silhouette_valid_share(from.silhouette_valid_share);
+  to.set_depth_width(static_cast<std::uint32_t>(from.depth.width));
+  to.set_depth_height(static_cast<std::uint32_t>(from.depth.height));
+  pack(from.depth.data, *to.mutable_depth());
+  if (!from.color.empty()) {
+    to.set_color_width(static_cast<std::uint32_t>(from.color.width));
+    to.set_color_height(static_cast<std::uint32_t>(from.color.height));
+    pack(from.color.data, *to.mutable_color());
+  }
+  for (const Feature& f : from.features) {
+    proto::Feature& w = *to.add_features();
+    w.set_u(f.u);
+    w.set_v(f.v);
+    w.set_size(f.size);
+    w.set_angle(f.angle);
+    put(f.p_W, w.mutable_position());
+    put(f.normal_W, w.mutable_normal());
+    w.set_size_m(f.size_m);
+    w.set_descriptor_octets(f.descriptor.data(), f.descriptor.size());
+  }
+  to.set_revision(from.result.revision);
+  to.mutable_counts()->set_unknown(from.result.counts.unknown);
+  to.mutable_counts()->set_known(from.result.counts.known);
+  to.mutable_counts()->set_empty(from.result.counts.empty);
+  to.mutable_counts()->set_environment(from.result.counts.environment);
+  to.set_found_gain_px(from.result.found_gain_px);
+  to.set_found_gain_voxels(from.result.found_gain_voxels);
+}
+
+void check_image_size(std::uint32_t width, std::uint32_t height) {
+  require(width >= 1 && height >= 1 && width <= kMostPixelsASide && height <= kMostPixelsASide, ErrorCode::bad_size,
+          "an image of the model has a side outside 1..8192 pixels");
+}
+
+std::shared_ptr<const View> view(const proto::View& from) {
+  auto to = std::make_shared<View>();
+  require(!from.view_id().empty() && from.view_id().size() <= 64, ErrorCode::bad_input, "a view's id must have 1 to 64 characters");
+  to->view_id = from.view_id();
+  to->stamp_ns = from.stamp_ns();
+  check_image_size(from.width(), from.height());
+  to->rig.camera = {static_cast<int>(from.width()), static_cast<int>(from.height()), from.fx(), from.fy(), from.cx(), from.cy()};
+  to->rig.baseline = from.baseline();
+  to->rig.check();
+  to->X_WC = pose(from.pose_world_camera(), "pose_world_camera");
+  require_numbers(from.covariance(), 36, "covariance");
+  for (int n = 0; n < 36; ++n) to->covariance(n / 6, n % 6) = from.covariance(n);
+  to->silhouette_valid_share = finite(from.silhouette_valid_share(), "silhouette_valid_share");
+  check_image_size(from.depth_width(), from.depth_height());
+  to->depth.width = static_cast<int>(from.depth_width());
+  to->depth.height = static_cast<int>(from.depth_height());
+  to->depth.data = unpack<std::uint16_t>(from.depth(), static_cast<std::size_t>(from.depth_width()) * from.depth_height(), "depth");
+  if (from.has_color()) {
+    check_image_size(from.color_width(), from.color_height());
+    to->color.width = static_cast<int>(from.color_width());
+    to->color.height = static_cast<int>(from.color_height());
+    to->color.channels = 3;
+    to->color.data = unpack<std::uint8_t>(from.color(), static_cast<std::size_t>(from.color_width()) * from.color_height() * 3, "color");
+  }
+  require(static_cast<std::size_t>(from.features_size()) <= kMostFeatures, ErrorCode::bad_size, "a view has at most 8192 features");
+  for (const proto::Feature& w : from.features()) {
+    Feature f;
+    f.u = static_cast<float>(finite(w.u(), "u"));
+    f.v = static_cast<float>(finite(w.v(), "v"));
+    f.size = static_cast<float>(finite(w.size(), "size"));
+    f.angle = static_cast<float>(finite(w.angle(), "angle"));
+    f.p_W = vector(w.position(), "position");
+    f.normal_W = vector(w.normal(), "normal");
+    f.size_m = finite(w.size_m(), "size_m");
+    require(w.descriptor_octets().size() <= kMostDescriptor, ErrorCode::bad_size, "a feature's descriptor has at most 512 octets");
+    f.descriptor.assign(w.descriptor_octets().begin(), w.descriptor_octets().end());
+    to->features.push_back(std::move(f));
+  }
+  to->result.revision = from.revision();
+  to->result.counts = {from.counts().unknown(), from.counts().known(), from.counts().empty(), from.counts().environment()};
+  to->result.found_gain_px = finite(from.found_gain_px(), "found_gain_px");
+  to->result.found_gain_voxels = finite(from.found_gain_voxels(), "found_gain_voxels");
+  return to;
+}
+
+void put_state(const ModelState& from, proto::Model& to) {
+  to.set_object_id(from.object_id);
+  to.set_environment_revision(from.environment_revision);
+  put(from.box.X_WB, to.mutable_pose_world_box());
+  put(from.box.size, to.mutable_box_size());
+  const voxel::GridGeometry& g = from.grid.geometry();
+  put(g.X_WG, to.mutable_pose_world_grid());
+  to.set_voxel_m(g.voxel_size);
+  for (int n = 0; n < 3; ++n) to.add_size(static_cast<std::uint32_t>(g.size[n]));
+  to.set_revision(from.grid.revision);
+  pack(from.grid.occupied(), *to.mutable_occupied());
+  pack(from.grid.known(), *to.mutable_known());
+  pack(from.grid.environment(), *to.mutable_environment());
+  pack(from.known_solids, *to.mutable_known_solids());
+  pack(from.evidence.points, *to.mutable_points());
+  pack(from.evidence.seen, *to.mutable_seen());
+  pack(from.evidence.solid, *to.mutable_solid());
+  pack(from.evidence.votes, *to.mutable_votes());
+  static_assert(sizeof(TsdfSample) == 6 * sizeof(float));
+  pack(from.tsdf.samples(), *to.mutable_tsdf());
+}
+
+ModelState state(const proto::Model& from) {
+  ModelState to;
+  require(!from.object_id().empty() && from.object_id().size() <= 64, ErrorCode::bad_input, "the object's id must have 1 to 64 characters");
+  require(from.environment_revision().size() <= 64, ErrorCode::bad_input, "the environment's revision has at most 64 characters");
+  to.object_id = from.object_id();
+  to.environment_revision = from.environment_revision();
+  to.box.X_WB = pose(from.pose_world_box(), "pose_world_box");
+  to.box.size = vector(from.box_size(), "box_size");
+  require(from.size_size() == 3, ErrorCode::bad_size, "the grid's size needs three numbers");
+  voxel::GridGeometry g;
+  g.X_WG = pose(from.pose_world_grid(), "pose_world_grid");
+  g.voxel_size = from.voxel_m();
+  for (int n = 0; n < 3; ++n) g.size[n] = static_cast<int>(std::min<std::uint32_t>(from.size(n), 1u << 20));
+  g.check();
+  const Eigen::Vector3i nb = g.bricks();
+  const std::size_t words = static_cast<std::size_t>(nb.x()) * nb.y() * nb.z() * 8;
+  const std::size_t voxels = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
+  auto occupied = unpack<std::uint64_t>(from.occupied(), words, "occupied");
+  auto known = unpack<std::uint64_t>(from.known(), words, "known");
+  auto environment = unpack<std::uint64_t>(from.environment(), words, "environment");
+  to.known_solids = unpack<std::uint64_t>(from.known_solids(), words, "known_solids");
+  to.evidence.points = unpack<std::uint16_t>(from.points(), voxels, "points");
+  to.evidence.seen = unpack<std::uint16_t>(from.seen(), voxels, "seen");
+  to.evidence.solid = unpack<std::uint16_t>(from.solid(), voxels, "solid");
+  to.evidence.votes = unpack<std::uint8_t>(from.votes(), voxels, "votes");
+  to.tsdf.samples() = unpack<TsdfSample>(from.tsdf(), voxels, "tsdf");
+  to.grid = voxel::OccupancyGrid(g);
+  to.grid.revision = from.revision();
+  to.grid.adopt(std::move(occupied), std::move(known), std::move(environment));
+  return to;
+}
+
+std::string serialized(const google::protobuf::Message& message) {
+  std::string text;
+  require(message.SerializeToString(&text), ErrorCode::bad_size, "the model is too large for its format (2 GiB); use larger voxels");
+  return text;
+}
+
+template <class Message>
+Message parsed(std::string_view text, const char* what) {
+  Message message;
+  require(text.size() < (std::size_t{1} << 31) && message.ParseFromArray(text.data(), static_cast<int>(text.size())), ErrorCode::bad_input,
+          std::string("the ") + what + " is not one of ours, or damaged");
+  return message;
+}
+
+}  // namespace
+
+std::string write_state(const ObjectModel& model) {
+  proto::Model m;
+  put_state(model.state(), m);
+  return serialized(m);
+}
+
+std::string write_view(const View& v) {
+  proto::View m;
+  put(v, m);
+  return serialized(m);
+}
+
+ObjectModel read_parts(std::string_view state_text, const std::vector<std::string>& views) {
+  ModelState s = state(parsed<proto::Model>(state_text, "stored model"));
+  for (const std::string& text : views) s.views.push_back(view(parsed<proto::View>(text, "stored view")));
+  return ObjectModel(std::move(s));
+}
+
+std::string write_model(const ObjectModel& model) {
+  proto::Model m;
+  put_state(model.state(), m);
+  for (const auto& v : model.state().views) put(*v, *m.add_views());
+  const std::string payload = serialized(m);
+  return std::string(kMagic) + sha256_hex(payload) + "\n" + payload;
+}
+
+ObjectModel read_model(std::string_view file) {
+  require(file.substr(0, kMagic.size()) == kMagic, ErrorCode::bad_input,
+          "not a Periplus model of version 1: it must begin with \"PERIPLUS-MODEL 1\"");
+  const std::size_t header = kMagic.size() + kDigest + 1;
+  require(file.size() > header, ErrorCode::bad_input, "the model file ends within its header");
+  const std::string_view payload = file.substr(header);
+  require(file.substr(kMagic.size(), kDigest) == sha256_hex(payload), ErrorCode::bad_input,
+          "the model file is damaged: its checksum does not fit; fetch or export it again");
+  const auto m = parsed<proto::Model>(payload, "model file");
+  require(static_cast<std::size_t>(m.views_size()) <= kMostViews, ErrorCode::bad_size, "a model has at most 4096 views");
+  ModelState s = state(m);
+  for (const proto::View& v : m.views()) s.views.push_back(view(v));
+  return ObjectModel(std::move(s));
+}
+
+ObjectModel load_model(const std::string& path) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  require(!error, ErrorCode::io, "cannot read " + path + ": " + error.message());
+  require(size <= (std::uintmax_t{1} << 30), ErrorCode::bad_size, path + " is over 1 GiB, too large for a model");
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  require(in.good(), ErrorCode::io, "cannot read " + path);
+  return read_model(text.str());
+}
+
+}  // namespace periplus::object_model

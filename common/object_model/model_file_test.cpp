@@ -1,0 +1,122 @@
+#include "common/object_model/model_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "common/core/error.h"
+#include "common/core/hash.h"
+#include "common/core/random.h"
+#include "common/object_model/model_export.h"
+#include "common/object_model/testing/sphere_views.h"
+
+namespace periplus::object_model {
+namespace {
+
+using namespace testing;
+
+ObjectModel small_model() {
+  const Sphere sphere;
+  ObjectModel model("ball", box_around(sphere), 0.025, {.revision = "abc", .collision = nullptr, .occluders = {}});
+  for (int n = 0; n < 2; ++n) model.integrate(ideal_view(sphere, n, 4, 80, 60), {}, {});
+  return model;
+}
+
+void expect_same(const ObjectModel& a, const ObjectModel& b) {
+  EXPECT_EQ(a.digest(), b.digest());
+  EXPECT_EQ(a.state().object_id, b.state().object_id);
+  EXPECT_EQ(a.state().environment_revision, b.state().environment_revision);
+  EXPECT_EQ(a.grid().revision, b.grid().revision);
+  EXPECT_EQ(a.state().evidence.points, b.state().evidence.points);
+  EXPECT_EQ(a.state().evidence.votes, b.state().evidence.votes);
+  EXPECT_EQ(a.state().tsdf.samples(), b.state().tsdf.samples());
+  EXPECT_EQ(a.state().known_solids, b.state().known_solids);
+  ASSERT_EQ(a.state().views.size(), b.state().views.size());
+  for (std::size_t i = 0; i < a.state().views.size(); ++i) {
+    const View &v = *a.state().views[i], &w = *b.state().views[i];
+    EXPECT_EQ(v.view_id, w.view_id);
+    EXPECT_EQ(v.result, w.result);
+    EXPECT_EQ(v.depth.data, w.depth.data);
+    EXPECT_EQ(v.color.data, w.color.data);
+    EXPECT_EQ(v.covariance, w.covariance);
+    EXPECT_EQ(v.stamp_ns, w.stamp_ns);
+  }
+}
+
+TEST(ModelFile, ComesBackAsItWas) {
+  const ObjectModel model = small_model();
+  const std::string file = write_model(model);
+  const ObjectModel back = read_model(file);
+  expect_same(model, back);
+  EXPECT_EQ(write_model(back), file);
+  EXPECT_EQ(export_ply(back), export_ply(model));
+}
+
+TEST(ModelFile, ComesBackFromItsParts) {
+  const ObjectModel model = small_model();
+  std::vector<std::string> views;
+  for (const auto& v : model.state().views) views.push_back(write_view(*v));
+  expect_same(model, read_parts(write_state(model), views));
+}
+
+TEST(ModelFile, AModelThatIsReadGoesOnLearning) {
+  ObjectModel model = small_model();
+  ObjectModel back = read_model(write_model(model));
+  const Perception third = ideal_view({}, 2, 4, 80, 60);
+  EXPECT_EQ(model.integrate(third, {}, {}), back.integrate(third, {}, {}));
+  EXPECT_EQ(model.digest(), back.digest());
+}
+
+TEST(ModelFile, LoadsFromDiskAndSaysWhatItCannotRead) {
+  const std::string path = ::testing::TempDir() + "model_file_test.periplus";
+  const ObjectModel model = small_model();
+  std::ofstream(path, std::ios::binary) << write_model(model);
+  expect_same(model, load_model(path));
+  EXPECT_THROW(load_model(path + ".missing"), Error);
+}
+
+TEST(ModelFile, DamageIsNoticedByTheChecksum) {
+  const std::string file = write_model(small_model());
+  EXPECT_THROW(read_model(""), Error);
+  EXPECT_THROW(read_model("PLY"), Error);
+  EXPECT_THROW(read_model(file.substr(0, 60)), Error);
+  EXPECT_THROW(read_model(file.substr(0, file.size() - 1)), Error);
+  std::string flipped = file;
+  flipped[file.size() / 2] ^= 1;
+  EXPECT_THROW(read_model(flipped), Error);
+  std::string newer = file;
+  newer[15] = '2';
+  EXPECT_THROW(read_model(newer), Error);
+}
+
+// Hostile contents under a right checksum: an error or a sound model, never a crash.
+TEST(ModelFile, HostileContentsAreRefusedOrSound) {
+  const std::string file = write_model(small_model());
+  const std::size_t header = 17 + 64 + 1;
+  const std::string payload = file.substr(header);
+  Random random(11);
+  int refused = 0, accepted = 0;
+  for (int round = 0; round < 400; ++round) {
+    std::string bad = payload;
+    if (round % 10 == 0) bad.resize(random.below(bad.size()));
+    // The first octets hold identifiers, poses and sizes; further on are packed arrays.
+    const std::size_t reach = round % 2 ? 400 : bad.size();
+    for (int n = 0; n < 1 + round % 4 && !bad.empty(); ++n)
+      bad[random.below(std::min(reach, bad.size()))] = static_cast<char>(random.below(256));
+    try {
+      const ObjectModel model = read_model("PERIPLUS-MODEL 1\n" + sha256_hex(bad) + "\n" + bad);
+      model.grid().geometry().check();
+      EXPECT_FALSE(model.digest().empty());
+      ++accepted;
+    } catch (const Error& e) {
+      EXPECT_NE(e.code(), ErrorCode::internal);
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 200);
+  EXPECT_GT(accepted, 0);
+}
+
+}  // namespace
+}  // namespace periplus::object_model

@@ -1,0 +1,245 @@
+#include "common/object_model/object_model.h"
+
+#include <bit>
+#include <cmath>
+#include <set>
+
+#include "common/core/error.h"
+#include "common/core/hash.h"
+#include "common/scene/scene.h"
+
+namespace periplus::object_model {
+
+namespace {
+
+constexpr std::size_t kMostVoxels = std::size_t{1} << 24;
+
+void check_voxel_count(const voxel::GridGeometry& g) {
+  const std::size_t n = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
+  require(n <= kMostVoxels, ErrorCode::bad_input,
+          "an object model takes at most 16777216 voxels, this box and voxel size need " + std::to_string(n) +
+              "; choose larger voxels or a smaller box");
+}
+
+void check_perception(const Perception& p) {
+  require(is_finite(p.X_WC) && p.covariance.allFinite() && std::isfinite(p.silhouette_valid_share), ErrorCode::not_finite,
+          "a perception's pose, covariance and valid share must be finite");
+  require(!p.depth.empty() && p.depth.size() <= 2, ErrorCode::bad_size, "a perception carries one or two depth maps");
+  p.rig.check();
+  for (const DepthMap& map : p.depth) {
+    map.camera.check();
+    require(is_finite(map.X_WC), ErrorCode::not_finite, "a depth map's pose must be finite");
+    for (const ImageF* image : {&map.depth, &map.depth_minimum}) {
+      require(image->width == map.camera.width && image->height == map.camera.height && image->channels == 1 &&
+                  image->data.size() == static_cast<std::size_t>(image->width) * image->height,
+              ErrorCode::bad_size, "depth and least depth must have the size of the camera's image");
+      for (float z : image->data)
+        require(std::isfinite(z) && z >= 0, ErrorCode::not_finite, "depths must be finite and not negative; 0 means none");
+    }
+  }
+}
+
+Image<std::uint16_t> to_tenths_of_millimetres(const ImageF& depth) {
+  Image<std::uint16_t> out(depth.width, depth.height);
+  for (std::size_t i = 0; i < depth.data.size(); ++i)
+    out.data[i] = static_cast<std::uint16_t>(std::min(65535.0, std::round(depth.data[i] * 1e4)));
+  return out;
+}
+
+// Numbers in a form that does not depend on the machine.
+class CanonicalHash {
+ public:
+  void number(std::uint64_t n) {
+    unsigned char octets[8];
+    for (int b = 0; b < 8; ++b) octets[b] = static_cast<unsigned char>(n >> (8 * b));
+    hash_.update(octets, sizeof octets);
+  }
+  void real(double v) { number(std::bit_cast<std::uint64_t>(v == 0 ? 0.0 : v)); }  // one zero, not two
+  void pose(const Pose& X) {
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 4; ++column) real(X.matrix()(row, column));
+  }
+  void vector(const Eigen::Vector3d& v) {
+    for (int n = 0; n < 3; ++n) real(v[n]);
+  }
+  void plane(const std::vector<std::uint64_t>& words) {
+    number(words.size());
+    for (std::uint64_t w : words) number(w);
+  }
+  void bytes(const std::vector<std::uint8_t>& data) {
+    number(data.size());
+    hash_.update(data.data(), data.size());
+  }
+  std::string hex() { return hash_.hex(); }
+
+ private:
+  Sha256 hash_;
+};
+
+}  // namespace
+
+std::vector<voxel::Occluder> occluders_of(const scene::Scene& scene) {
+  std::vector<voxel::Occluder> out;
+  for (const scene::Solid& solid : scene.solids) switch (solid.shape) {
+      case scene::Shape::box:
+        out.push_back(voxel::Occluder::box(solid.X_WS, solid.size));
+        break;
+      case scene::Shape::cylinder:
+        out.push_back(voxel::Occluder::cylinder(solid.X_WS, solid.size.x(), solid.size.z()));
+        break;
+      case scene::Shape::sphere:
+        out.push_back(voxel::Occluder::sphere(solid.X_WS.translation(), solid.size.x()));
+        break;
+    }
+  return out;
+}
+
+ObjectModel::ObjectModel(const std::string& object_id, const ObjectBox& box, double voxel_size, const Surroundings& surroundings,
+                         std::uint32_t revision) {
+  const voxel::GridGeometry g = voxel::GridGeometry::from_box(box.X_WB, box.size, voxel_size);
+  check_voxel_count(g);
+  state_.object_id = object_id;
+  state_.environment_revision = surroundings.revision;
+  state_.box = box;
+  state_.grid = voxel::OccupancyGrid(g);
+  state_.grid.revision = revision;
+  state_.evidence = Evidence(g);
+  state_.tsdf = Tsdf(g);
+  if (surroundings.collision) {
+    // A little less than a voxel, so that one which only shares a face with the table is not the table's.
+    const Eigen::Vector3d size = Eigen::Vector3d::Constant(voxel_size * 0.98);
+    const auto touches = [&](const Eigen::Vector3d& center_G, const Eigen::Vector3d& side) {
+      Pose X_WV = g.X_WG;
+      X_WV.translation() = g.X_WG * center_G;
+      return surroundings.collision->box_touches_solid(X_WV, side);
+    };
+    const Eigen::Vector3i nb = g.bricks();
+    for (int bx = 0; bx < nb.x(); ++bx)
+      for (int by = 0; by < nb.y(); ++by)
+        for (int bz = 0; bz < nb.z(); ++bz) {
+          const Eigen::Vector3i first(bx * 8, by * 8, bz * 8);
+          if (!touches((first.cast<double>().array() + 4) * voxel_size, Eigen::Vector3d::Constant(8 * voxel_size))) continue;
+          for (int n = 0; n < 512; ++n) {
+            const Eigen::Vector3i v = first + Eigen::Vector3i(n >> 6, (n >> 3) & 7, n & 7);
+            if (g.contains(v) && touches((v.cast<double>().array() + 0.5) * voxel_size, size))
+              state_.grid.set_state(v, voxel::VoxelState::environment);
+          }
+        }
+  }
+  state_.known_solids = state_.grid.environment();
+}
+
+ObjectModel::ObjectModel(ModelState state) : state_(std::move(state)) {
+  const voxel::GridGeometry& g = state_.grid.geometry();
+  g.check();
+  check_voxel_count(g);
+  const std::size_t n = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
+  require(state_.known_solids.size() == state_.grid.occupied().size() && state_.evidence.points.size() == n &&
+              state_.evidence.seen.size() == n && state_.evidence.solid.size() == n && state_.evidence.votes.size() == n &&
+              state_.tsdf.samples().size() == n,
+          ErrorCode::bad_size, "the parts of the stored model do not fit its grid");
+  for (const TsdfSample& s : state_.tsdf.samples())
+    require(std::isfinite(s.distance) && std::isfinite(s.weight) && s.weight >= 0 && std::isfinite(s.r) && std::isfinite(s.g) &&
+                std::isfinite(s.b) && std::isfinite(s.color_weight),
+            ErrorCode::not_finite, "the stored signed distances hold a number that is not finite");
+}
+
+std::shared_ptr<const View> ObjectModel::view(const std::string& view_id) const {
+  for (const auto& v : state_.views)
+    if (v->view_id == view_id) return v;
+  return nullptr;
+}
+
+Integration ObjectModel::integrate(const Perception& perception, const Surroundings& surroundings, const CarvingSettings& settings) {
+  if (const auto before = view(perception.view_id)) return before->result;
+  settings.check();
+  check_perception(perception);
+
+  const voxel::GridGeometry& g = state_.grid.geometry();
+  const voxel::PairOptions pair;
+  voxel::VisibilityWorkspace workspace;
+  const auto unknown_pixels = [&] {
+    return voxel::VisibilityScene(state_.grid, surroundings.occluders).evaluate_pair(perception.X_WC, perception.rig, pair, workspace).pixels;
+  };
+  const auto pixels_before = unknown_pixels();
+  const auto unknown_before = state_.grid.counts().unknown;
+
+  const bool cautious = perception.silhouette_valid_share < settings.cautious_share;
+  bool left = true;
+  for (const DepthMap& map : perception.depth) {
+    const PixelLimits limits = pixel_limits(map, g, settings, cautious, surroundings.collision.get());
+    empty_voxels(seen_through(state_.grid, map.camera, map.X_WC, limits.limit, settings.margin_voxels), cautious, settings, state_.grid,
+                 state_.evidence);
+    add_points(map, limits, g, settings, state_.evidence);
+    // The colours are the left eye's.
+    state_.tsdf.integrate(map, limits, left ? perception.color : ImageU8{}, g, settings.truncation_voxels * g.voxel_size);
+    left = false;
+  }
+  label(state_.known_solids, settings, state_.evidence, state_.grid);
+  ++state_.grid.revision;
+
+  auto kept = std::make_shared<View>();
+  kept->view_id = perception.view_id;
+  kept->stamp_ns = perception.stamp_ns;
+  kept->rig = perception.rig;
+  kept->X_WC = perception.X_WC;
+  kept->covariance = perception.covariance;
+  kept->silhouette_valid_share = perception.silhouette_valid_share;
+  kept->depth = to_tenths_of_millimetres(perception.depth.front().depth);
+  kept->color = perception.color;
+  kept->features = perception.features;
+  kept->result.revision = state_.grid.revision;
+  kept->result.counts = state_.grid.counts();
+  kept->result.found_gain_px = static_cast<double>(pixels_before) - static_cast<double>(unknown_pixels());
+  kept->result.found_gain_voxels = static_cast<double>(unknown_before) - static_cast<double>(kept->result.counts.unknown);
+  state_.views.push_back(kept);
+  return kept->result;
+}
+
+bool ObjectModel::is_measured(const Eigen::Vector3i& voxel, const CarvingSettings& settings) const {
+  return state_.grid.state(voxel) == voxel::VoxelState::known &&
+         state_.evidence.points[voxel_index(state_.grid.geometry(), voxel)] >= settings.known_points;
+}
+
+std::vector<Landmark> ObjectModel::landmarks() const {
+  std::vector<Landmark> out;
+  std::set<std::size_t> taken;
+  const voxel::GridGeometry& g = state_.grid.geometry();
+  for (const auto& v : state_.views)
+    for (const Feature& f : v->features) {
+      const Eigen::Vector3i at = g.voxel_of(f.p_W);
+      const voxel::VoxelState s = state_.grid.state(at);
+      if (s != voxel::VoxelState::known && s != voxel::VoxelState::unknown) continue;
+      if (taken.insert(voxel_index(g, at)).second) out.push_back({f.p_W, f.normal_W, f.size_m});
+      if (out.size() == 65536) return out;
+    }
+  return out;
+}
+
+std::string ObjectModel::digest() const {
+  CanonicalHash hash;
+  const voxel::GridGeometry& g = state_.grid.geometry();
+  hash.number(1);  // version of this form
+  hash.pose(g.X_WG);
+  hash.real(g.voxel_size);
+  for (int n = 0; n < 3; ++n) hash.number(static_cast<std::uint64_t>(g.size[n]));
+  hash.plane(state_.grid.occupied());
+  hash.plane(state_.grid.known());
+  hash.plane(state_.grid.environment());
+  hash.number(state_.views.size());
+  for (const auto& v : state_.views) {
+    hash.pose(v->X_WC);
+    hash.real(v->rig.baseline);
+    hash.number(v->features.size());
+    for (const Feature& f : v->features) {
+      for (float value : {f.u, f.v, f.size, f.angle}) hash.real(value);
+      hash.vector(f.p_W);
+      hash.vector(f.normal_W);
+      hash.real(f.size_m);
+      hash.bytes(f.descriptor);
+    }
+  }
+  return hash.hex();
+}
+
+}  // namespace periplus::object_model

@@ -1,0 +1,576 @@
+#include "common/voxel/visibility.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "common/core/error.h"
+
+// Chooses at load time; sanitizers run before the loader's choice can be made.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define PERIPLUS_KERNEL __attribute__((target_clones("arch=x86-64-v2", "default"), flatten))
+#else
+#define PERIPLUS_KERNEL
+#endif
+
+namespace periplus::voxel {
+namespace {
+
+using Points = std::vector<Eigen::Vector3d>;
+
+// Corner c of a cell: bit 0 x, bit 1 y, bit 2 z.
+Eigen::Vector3d corner(int c) { return {double(c & 1), double(c >> 1 & 1), double(c >> 2 & 1)}; }
+
+// The silhouette of a cell seen from one of 27 regions (below, within, above along each axis): corner indices in
+// turn, counter-clockwise seen from the camera.
+struct Silhouette {
+  int count = 0;
+  std::array<int, 6> corners{};
+};
+
+std::array<Silhouette, 27> make_silhouettes() {
+  // Corners of the faces -x +x -y +y -z +z, counter-clockwise from outside.
+  constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+  std::array<Silhouette, 27> table;
+  for (int code = 0; code < 27; ++code) {
+    const int side[3] = {code / 9, code / 3 % 3, code % 3};
+    bool edge[8][8] = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      if (side[axis] == 1) continue;
+      const auto& face = kFaces[axis * 2 + (side[axis] == 2)];
+      for (int i = 0; i < 4; ++i) edge[face[i]][face[(i + 1) % 4]] = true;
+    }
+    // An edge that only one facing face has lies on the silhouette.
+    std::array<int, 8> next;
+    next.fill(-1);
+    int start = -1;
+    for (int i = 0; i < 8; ++i) {
+      for (int j = 0; j < 8; ++j) {
+        if (edge[i][j] && !edge[j][i]) {
+          next[i] = j;
+          start = i;
+        }
+      }
+    }
+    for (int at = start; at >= 0; at = next[at]) {
+      table[code].corners[table[code].count++] = at;
+      if (next[at] == start) break;
+    }
+  }
+  return table;
+}
+
+const std::array<Silhouette, 27>& silhouettes() {
+  static const std::array<Silhouette, 27> table = make_silhouettes();
+  return table;
+}
+
+// The part of the hull of `points` where value >= 0, as points: those inside, and where segments between an inner and
+// an outer one cross (their hull is the section).
+template <class Value>
+Points clip(const Points& points, Value value) {
+  Points kept, outside;
+  for (const auto& p : points) (value(p) >= 0 ? kept : outside).push_back(p);
+  if (kept.empty() || outside.empty()) return kept;
+  const std::size_t inner = kept.size();
+  for (std::size_t i = 0; i < inner; ++i) {
+    const double a = value(kept[i]);
+    for (const auto& q : outside) {
+      const double b = value(q);
+      kept.push_back(kept[i] + (q - kept[i]) * (a / (a - b)));
+    }
+  }
+  return kept;
+}
+
+double cross(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return (a.x() - o.x()) * (b.y() - o.y()) - (a.y() - o.y()) * (b.x() - o.x());
+}
+
+// Andrew's monotone chain.
+std::vector<Eigen::Vector2d> convex_hull(std::vector<Eigen::Vector2d> points) {
+  std::sort(points.begin(), points.end(),
+            [](const auto& a, const auto& b) { return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y(); });
+  std::vector<Eigen::Vector2d> hull(2 * points.size() + 1);
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    while (k >= 2 && cross(hull[k - 2], hull[k - 1], points[i]) <= 0) --k;
+    hull[k++] = points[i];
+  }
+  const std::size_t lower = k + 1;
+  for (std::size_t i = points.size(); i-- > 1;) {
+    while (k >= lower && cross(hull[k - 2], hull[k - 1], points[i - 1]) <= 0) --k;
+    hull[k++] = points[i - 1];
+  }
+  hull.resize(k > 0 ? k - 1 : 0);
+  return hull;
+}
+
+constexpr std::uint64_t kZLow = 0x0101010101010101ull;  // z = 0 of each y
+constexpr double kNear = 0.001;                         // what is nearer to the camera's plane than this is cut off [m]
+
+}  // namespace
+
+Occluder Occluder::box(const Pose& X_WS, const Eigen::Vector3d& size) {
+  Occluder o;
+  for (int c = 0; c < 8; ++c) {
+    o.points_W.push_back(X_WS * (corner(c).array() - 0.5).matrix().cwiseProduct(size).eval());
+  }
+  return o;
+}
+
+Occluder Occluder::cylinder(const Pose& X_WS, double diameter, double height) {
+  constexpr int kSides = 64;
+  constexpr double kStep = 2 * std::numbers::pi / kSides;
+  const double radius = diameter / 2 * std::sqrt(kStep / std::sin(kStep));
+  Occluder o;
+  for (int i = 0; i < kSides; ++i) {
+    for (double z : {-height / 2, height / 2}) {
+      o.points_W.push_back(X_WS * Eigen::Vector3d(radius * std::cos(i * kStep), radius * std::sin(i * kStep), z));
+    }
+  }
+  return o;
+}
+
+Occluder Occluder::sphere(const Eigen::Vector3d& p_WS, double diameter) {
+  constexpr int kRings = 16, kSides = 32;
+  const double radius = diameter / 2 * 1.0024;  // half way between inscribed and circumscribed
+  Occluder o;
+  for (int i = 0; i <= kRings; ++i) {
+    const double polar = std::numbers::pi * i / kRings;
+    const int sides = i == 0 || i == kRings ? 1 : kSides;
+    for (int j = 0; j < sides; ++j) {
+      const double angle = 2 * std::numbers::pi * j / kSides;
+      o.points_W.push_back(p_WS + radius * Eigen::Vector3d(std::sin(polar) * std::cos(angle),
+                                                           std::sin(polar) * std::sin(angle), std::cos(polar)));
+    }
+  }
+  return o;
+}
+
+VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Occluder>& occluders,
+                                 const std::vector<Eigen::Vector3i>& watched)
+    : geometry_(grid.geometry()), bricks_(geometry_.bricks()) {
+  geometry_.check();
+  const Eigen::Vector3i n = bricks_;
+  const auto brick_at = [&](const Eigen::Vector3i& b) -> std::ptrdiff_t {
+    if ((b.array() < 0).any() || (b.array() >= n.array()).any()) return -1;
+    return (static_cast<std::ptrdiff_t>(b.x()) * n.y() + b.y()) * n.z() + b.z();
+  };
+  const auto word_at = [&](const Eigen::Vector3i& b, int x) -> std::uint64_t {
+    const std::ptrdiff_t at = brick_at(b);
+    return at < 0 ? 0 : grid.occupied()[at * 8 + x];
+  };
+  index_.assign(static_cast<std::size_t>(n.x()) * n.y() * n.z(), -1);
+  row_.assign(static_cast<std::size_t>(n.x()) * n.y(), 0);
+  for (int bx = 0; bx < n.x(); ++bx) {
+    for (int by = 0; by < n.y(); ++by) {
+      for (int bz = 0; bz < n.z(); ++bz) {
+        const Eigen::Vector3i at(bx, by, bz);
+        const std::size_t base = static_cast<std::size_t>(brick_at(at)) * 8;
+        Brick brick;
+        brick.at = at;
+        std::uint64_t any = 0;
+        for (int x = 0; x < 8; ++x) {
+          const std::uint64_t w = grid.occupied()[base + x];
+          if (w == 0) continue;
+          // Occupancy of each voxel's neighbour in the six directions.
+          const std::uint64_t neighbours[6] = {
+              x > 0 ? grid.occupied()[base + x - 1] : word_at(at - Eigen::Vector3i::UnitX(), 7),
+              x < 7 ? grid.occupied()[base + x + 1] : word_at(at + Eigen::Vector3i::UnitX(), 0),
+              w << 8 | word_at(at - Eigen::Vector3i::UnitY(), x) >> 56,
+              w >> 8 | word_at(at + Eigen::Vector3i::UnitY(), x) << 56,
+              (w & ~(kZLow << 7)) << 1 | (word_at(at - Eigen::Vector3i::UnitZ(), x) >> 7 & kZLow),
+              (w & ~kZLow) >> 1 | (word_at(at + Eigen::Vector3i::UnitZ(), x) & kZLow) << 7};
+          for (int d = 0; d < 6; ++d) {
+            brick.free_face[d][x] = w & ~neighbours[d];
+            any |= brick.free_face[d][x];
+          }
+          brick.environment[x] = w & grid.environment()[base + x];
+          brick.unknown[x] = w & ~grid.known()[base + x] & ~grid.environment()[base + x];
+        }
+        if (any == 0) continue;
+        index_[base / 8] = static_cast<std::int32_t>(list_.size());
+        row_[static_cast<std::size_t>(bx) * n.y() + by] |= 1ull << bz;
+        list_.push_back(brick);
+      }
+    }
+  }
+  for (const Eigen::Vector3i& v : watched) {
+    if (!geometry_.contains(v)) continue;
+    const std::int32_t at = index_[brick_at(Eigen::Vector3i(v.x() / 8, v.y() / 8, v.z() / 8))];
+    if (at >= 0) list_[at].watched[v.x() & 7] |= OccupancyGrid::bit(v);
+  }
+  const Pose X_GW = geometry_.X_WG.inverse();
+  for (const Occluder& occluder : occluders) {
+    Points points;
+    for (const auto& p : occluder.points_W) points.push_back(X_GW * p / geometry_.voxel_size);
+    for (int d = 0; d < 6; ++d) {
+      const int axis = d / 2, a = (axis + 1) % 3, b = (axis + 2) % 3;
+      const double side = d % 2 == 0 ? 0.0 : geometry_.size[axis];
+      const auto value = [&](const Eigen::Vector3d& p) { return d % 2 == 0 ? -p[axis] : p[axis] - side; };
+      Points part;
+      std::vector<Eigen::Vector2d> section;  // of many crossing points only the outline matters
+      for (const auto& p : clip(points, value)) {
+        if (value(p) > 1e-9) {
+          part.push_back(p);
+        } else {
+          section.emplace_back(p[a], p[b]);
+        }
+      }
+      if (part.empty()) continue;  // the solid only touches this side
+      for (const auto& q : convex_hull(std::move(section))) {
+        Eigen::Vector3d p;
+        p[axis] = side;
+        p[a] = q.x();
+        p[b] = q.y();
+        part.push_back(p);
+      }
+      beyond_[d].push_back(std::move(part));
+    }
+  }
+}
+
+// One rendering: projection and coverage.
+struct VisibilityScene::Raster {
+  int width, height, stride;  // stride: words a row
+  std::uint64_t* coverage;
+  // Homogeneous pixel coordinates of a point of the grid frame [voxels]: m * (x, y, z, 1) = (u w, v w, w), w in metres.
+  Eigen::Matrix<double, 3, 4> m;
+  float mf[3][4];
+  float step[3][8];  // of corner c from corner 0
+
+  std::uint32_t fill(int row, int left, int right) {
+    std::uint64_t* words = coverage + static_cast<std::size_t>(row) * stride;
+    const int first = left >> 6, last = (right - 1) >> 6;
+    std::uint32_t fresh = 0;
+    for (int q = first; q <= last; ++q) {
+      std::uint64_t mask = ~0ull;
+      if (q == first) mask &= ~0ull << (left & 63);
+      if (q == last) mask &= ~0ull >> (63 - ((right - 1) & 63));
+      fresh += std::popcount(mask & ~words[q]);
+      words[q] |= mask;
+    }
+    return fresh;
+  }
+
+  bool covered(int x0, int y0, int x1, int y1) const {
+    const int first = x0 >> 6, last = x1 >> 6;
+    for (int y = y0; y <= y1; ++y) {
+      for (int q = first; q <= last; ++q) {
+        std::uint64_t mask = ~0ull;
+        if (q == first) mask &= ~0ull << (x0 & 63);
+        if (q == last) mask &= ~0ull >> (63 - (x1 & 63));
+        if (mask & ~coverage[static_cast<std::size_t>(y) * stride + q]) return false;
+      }
+    }
+    return true;
+  }
+
+  // Any convex set of points; what lies behind the camera is cut off.
+  std::uint32_t fill_convex(const Points& points) {
+    // Wholly outside one side of the image?
+    bool left_of = true, right_of = true, above = true, below = true;
+    for (const auto& p : points) {
+      const Eigen::Vector3d h = m * p.homogeneous();
+      left_of &= h.x() < 0;
+      right_of &= h.x() > width * h.z();
+      above &= h.y() < 0;
+      below &= h.y() > height * h.z();
+    }
+    if (left_of || right_of || above || below) return 0;
+    const auto depth = [&](const Eigen::Vector3d& p) { return m.row(2).dot(p.homogeneous()) - kNear; };
+    std::vector<Eigen::Vector2d> projected;
+    for (const auto& p : clip(points, depth)) {
+      const Eigen::Vector3d h = m * p.homogeneous();
+      projected.push_back(h.head<2>() / h.z());
+    }
+    const auto hull = convex_hull(std::move(projected));
+    if (hull.size() < 3) return 0;
+    double top = hull[0].y(), bottom = top;
+    for (const auto& p : hull) {
+      top = std::min(top, p.y());
+      bottom = std::max(bottom, p.y());
+    }
+    const int y0 = static_cast<int>(std::ceil(std::clamp(top, 0.0, double(height))));
+    const int y1 = static_cast<int>(std::ceil(std::clamp(bottom, 0.0, double(height))));
+    std::uint32_t fresh = 0;
+    for (int y = y0; y < y1; ++y) {
+      double left = 1e300, right = -1e300;
+      for (std::size_t i = 0; i < hull.size(); ++i) {
+        const Eigen::Vector2d &a = hull[i], &b = hull[(i + 1) % hull.size()];
+        if ((a.y() <= y) == (b.y() <= y)) continue;
+        const double x = a.x() + (b.x() - a.x()) * ((y - a.y()) / (b.y() - a.y()));
+        left = std::min(left, x);
+        right = std::max(right, x);
+      }
+      const int l = static_cast<int>(std::ceil(std::clamp(left, 0.0, double(width))));
+      const int r = static_cast<int>(std::ceil(std::clamp(right, 0.0, double(width))));
+      if (l < r) fresh += fill(y, l, r);
+    }
+    return fresh;
+  }
+
+  std::uint32_t fill_near_voxel(int x, int y, int z) {
+    Points points;
+    for (int c = 0; c < 8; ++c) points.push_back(corner(c) + Eigen::Vector3d(x, y, z));
+    return fill_convex(points);
+  }
+
+  std::uint32_t fill_voxel(int x, int y, int z, const Silhouette& silhouette) {
+    const int count = silhouette.count;
+    if (count == 0) return 0;
+    float h[3];
+    for (int a = 0; a < 3; ++a) h[a] = mf[a][0] * x + mf[a][1] * y + mf[a][2] * z + mf[a][3];
+    float u[6], v[6], top = 1e30f, bottom = -1e30f;
+    int behind = 0;
+    for (int i = 0; i < count; ++i) {
+      const int c = silhouette.corners[i];
+      const float w = h[2] + step[2][c];
+      if (w < static_cast<float>(kNear)) {
+        ++behind;
+        continue;
+      }
+      const float inverse = 1 / w;
+      u[i] = (h[0] + step[0][c]) * inverse;
+      v[i] = (h[1] + step[1][c]) * inverse;
+      top = std::min(top, v[i]);
+      bottom = std::max(bottom, v[i]);
+    }
+    if (behind > 0) return behind == count ? 0 : fill_near_voxel(x, y, z);
+    if (!(bottom > 0) || !(top < height)) return 0;
+    const int y0 = std::max(0, static_cast<int>(std::ceil(top)));
+    const int y1 = bottom < height ? static_cast<int>(std::ceil(bottom)) : height;
+    std::uint32_t fresh = 0;
+    float left[64], right[64];
+    for (int block = y0; block < y1; block += 64) {
+      const int rows = std::min(64, y1 - block);
+      for (int k = 0; k < rows; ++k) {
+        left[k] = 0;
+        right[k] = static_cast<float>(width);
+      }
+      for (int i = 0; i < count; ++i) {
+        const int j = i + 1 == count ? 0 : i + 1;
+        const float rise = v[j] - v[i];
+        if (std::abs(rise) < 1e-4f) continue;
+        const float slope = (u[j] - u[i]) / rise, start = u[i] + (static_cast<float>(block) - v[i]) * slope;
+        if (rise > 0) {
+          for (int k = 0; k < rows; ++k) left[k] = std::max(left[k], start + slope * static_cast<float>(k));
+        } else {
+          for (int k = 0; k < rows; ++k) right[k] = std::min(right[k], start + slope * static_cast<float>(k));
+        }
+      }
+      for (int k = 0; k < rows; ++k) {
+        if (!(left[k] < right[k])) continue;
+        int l = static_cast<int>(left[k]), r = static_cast<int>(right[k]);
+        l += static_cast<float>(l) < left[k];
+        r += static_cast<float>(r) < right[k];
+        if (l < r) fresh += fill(block + k, l, r);
+      }
+    }
+    return fresh;
+  }
+
+  bool brick_visible(const Eigen::Vector3i& b) const {
+    float x0 = 1e30f, x1 = -1e30f, y0 = 1e30f, y1 = -1e30f;
+    int behind = 0;
+    for (int c = 0; c < 8; ++c) {
+      float h[3];
+      for (int a = 0; a < 3; ++a) {
+        h[a] = 8 * (mf[a][0] * b.x() + mf[a][1] * b.y() + mf[a][2] * b.z() + step[a][c]) + mf[a][3];
+      }
+      if (h[2] < static_cast<float>(kNear)) {
+        ++behind;
+        continue;
+      }
+      const float u = h[0] / h[2], v = h[1] / h[2];
+      x0 = std::min(x0, u);
+      x1 = std::max(x1, u);
+      y0 = std::min(y0, v);
+      y1 = std::max(y1, v);
+    }
+    if (behind == 8) return false;
+    if (behind > 0) return true;
+    if (!(x1 > 0) || !(y1 > 0) || !(x0 < width) || !(y0 < height)) return false;
+    return !covered(std::max(0, static_cast<int>(x0)), std::max(0, static_cast<int>(y0)),
+                    x1 < width ? std::min(width - 1, static_cast<int>(x1) + 1) : width - 1,
+                    y1 < height ? std::min(height - 1, static_cast<int>(y1) + 1) : height - 1);
+  }
+};
+
+// The same bits on every processor: x86-64-v2 brings popcount, no fused multiply-add.
+PERIPLUS_KERNEL void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, VisibilityWorkspace& workspace,
+                                               VisibilityResult& result) const {
+  require(is_finite(X_WC), ErrorCode::not_finite, "the camera pose has a number that is not finite; give a rigid pose");
+  camera.check();
+  result.unknown.clear();
+  result.watched.clear();
+  result.unknown_pixels = result.known_pixels = result.environment_pixels = result.occluder_pixels = 0;
+
+  Raster raster;
+  raster.width = camera.width;
+  raster.height = camera.height;
+  raster.stride = (camera.width + 63) / 64;
+  workspace.coverage.assign(static_cast<std::size_t>(raster.stride) * raster.height, 0);
+  raster.coverage = workspace.coverage.data();
+  const Pose X_CG = X_WC.inverse() * geometry_.X_WG;
+  Eigen::Matrix3d K;
+  K << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+  raster.m.leftCols<3>() = K * X_CG.linear() * geometry_.voxel_size;
+  raster.m.col(3) = K * X_CG.translation();
+  for (int a = 0; a < 3; ++a) {
+    for (int j = 0; j < 4; ++j) raster.mf[a][j] = static_cast<float>(raster.m(a, j));
+    for (int c = 0; c < 8; ++c) raster.step[a][c] = static_cast<float>(raster.m.row(a).head<3>().dot(corner(c)));
+  }
+  const Eigen::Vector3d eye = geometry_.X_WG.inverse() * X_WC.translation() / geometry_.voxel_size;
+
+  // A ray is outside the box as long as it is beyond a side that faces the camera: those parts of the solids come first.
+  for (int d = 0; d < 6; ++d) {
+    if (d % 2 == 0 ? eye[d / 2] >= 0 : eye[d / 2] <= geometry_.size[d / 2]) continue;
+    for (const Points& part : beyond_[d]) result.occluder_pixels += raster.fill_convex(part);
+  }
+
+  // Outward orders along each axis: of the bricks, and of the eight cells of each brick. side: where the camera is
+  // relative to a cell (0 below, 1 within, 2 above).
+  std::array<std::vector<int>, 3> brick_order, cell_order, side;
+  for (int a = 0; a < 3; ++a) {
+    const int count = bricks_[a];
+    const int own = static_cast<int>(std::floor(std::clamp(eye[a] / 8, -1.0, double(count))));
+    for (int i = std::max(own, 0); i < count; ++i) brick_order[a].push_back(i);
+    for (int i = std::min(own, count) - 1; i >= 0; --i) brick_order[a].push_back(i);
+    for (int i = 0; i < count; ++i) {
+      const int cell = static_cast<int>(std::floor(std::clamp(eye[a] - i * 8.0, -1.0, 8.0)));
+      for (int t = std::max(cell, 0); t < 8; ++t) cell_order[a].push_back(t);
+      for (int t = std::min(cell, 8) - 1; t >= 0; --t) cell_order[a].push_back(t);
+      for (int t = 0; t < 8; ++t) {
+        const double low = i * 8.0 + t;
+        side[a].push_back(eye[a] <= low ? 0 : eye[a] >= low + 1 ? 2 : 1);
+      }
+    }
+  }
+
+  const auto& table = silhouettes();
+  for (int bx : brick_order[0]) {
+    for (int by : brick_order[1]) {
+      const std::uint64_t row = row_[static_cast<std::size_t>(bx) * bricks_.y() + by];
+      if (row == 0) continue;
+      for (int bz : brick_order[2]) {
+        if ((row >> bz & 1) == 0) continue;
+        const Brick& b = list_[index_[(static_cast<std::size_t>(bx) * bricks_.y() + by) * bricks_.z() + bz]];
+        // Cells whose faces along y and z can face the camera.
+        std::uint64_t facing[6] = {0, 0, 0, 0, 0, 0};
+        for (int t = 0; t < 8; ++t) {
+          if (side[1][by * 8 + t] == 0) facing[2] |= 0xffull << (8 * t);
+          if (side[1][by * 8 + t] == 2) facing[3] |= 0xffull << (8 * t);
+          if (side[2][bz * 8 + t] == 0) facing[4] |= kZLow << t;
+          if (side[2][bz * 8 + t] == 2) facing[5] |= kZLow << t;
+        }
+        if (!raster.brick_visible(b.at)) continue;
+        for (int i = 0; i < 8; ++i) {
+          const int x = cell_order[0][bx * 8 + i], side_x = side[0][bx * 8 + x];
+          std::uint64_t seen = side_x == 0 ? b.free_face[0][x] : side_x == 2 ? b.free_face[1][x] : 0;
+          for (int d = 2; d < 6; ++d) seen |= b.free_face[d][x] & facing[d];
+          if (seen == 0) continue;
+          for (int j = 0; j < 8; ++j) {
+            const int y = cell_order[1][by * 8 + j];
+            const unsigned line = seen >> (8 * y) & 255;
+            if (line == 0) continue;
+            for (int k = 0; k < 8; ++k) {
+              const int z = cell_order[2][bz * 8 + k];
+              if ((line >> z & 1) == 0) continue;
+              const int code = side_x * 9 + side[1][by * 8 + y] * 3 + side[2][bz * 8 + z];
+              const std::uint32_t pixels = raster.fill_voxel(bx * 8 + x, by * 8 + y, bz * 8 + z, table[code]);
+              if (pixels == 0) continue;
+              const std::uint64_t bit = 1ull << (y * 8 + z);
+              const std::uint32_t at = index(Eigen::Vector3i(bx * 8 + x, by * 8 + y, bz * 8 + z));
+              if (b.unknown[x] & bit) {
+                result.unknown_pixels += pixels;
+                result.unknown.push_back({at, pixels});
+              } else if (b.environment[x] & bit) {
+                result.environment_pixels += pixels;
+              } else {
+                result.known_pixels += pixels;
+              }
+              if (b.watched[x] & bit) result.watched.push_back({at, pixels});
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+VisibilityResult VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera) const {
+  VisibilityWorkspace workspace;
+  VisibilityResult result;
+  evaluate(X_WC, camera, workspace, result);
+  return result;
+}
+
+PairGain VisibilityScene::evaluate_pair(const Pose& X_WC, const StereoRig& rig, const PairOptions& options,
+                                        VisibilityWorkspace& w) const {
+  rig.check();
+  w.left_pixels.resize(static_cast<std::size_t>(geometry_.size.x()) * geometry_.size.y() * geometry_.size.z(), 0);
+  evaluate(X_WC, rig.camera, w, w.left);
+  evaluate(X_WC * Pose(Eigen::Translation3d(rig.baseline, 0, 0)), rig.camera, w, w.right);
+  for (const VoxelPixels& v : w.left.unknown) w.left_pixels[v.voxel] = v.pixels;
+  const Pose X_CW = X_WC.inverse();
+  const std::uint32_t threshold = static_cast<std::uint32_t>(std::max(0, options.more_than_pixels));
+  PairGain gain;
+  for (const VoxelPixels& v : w.right.unknown) {
+    const std::uint32_t both = std::min(v.pixels, w.left_pixels[v.voxel]);
+    if (both == 0) continue;
+    const double depth = (X_CW * geometry_.center_world(voxel(v.voxel))).z();
+    if (depth < options.depth_min || depth > options.depth_max) continue;
+    gain.pixels += both;
+    gain.voxels += both > threshold;
+  }
+  for (const VoxelPixels& v : w.left.unknown) w.left_pixels[v.voxel] = 0;
+  return gain;
+}
+
+std::size_t VisibilityScene::unknown_face_count() const {
+  std::size_t count = 0;
+  for (const Brick& b : list_) {
+    for (int d = 0; d < 6; ++d) {
+      for (int x = 0; x < 8; ++x) count += std::popcount(b.free_face[d][x] & b.unknown[x]);
+    }
+  }
+  return count;
+}
+
+std::vector<VisibilityScene::Face> VisibilityScene::unknown_faces(std::size_t stride) const {
+  std::vector<Face> faces;
+  std::size_t seen = 0;
+  for (const Brick& b : list_) {
+    for (int d = 0; d < 6; ++d) {
+      for (int x = 0; x < 8; ++x) {
+        for (std::uint64_t word = b.free_face[d][x] & b.unknown[x]; word != 0; word &= word - 1) {
+          if (seen++ % std::max<std::size_t>(stride, 1) != 0) continue;
+          const int bit = std::countr_zero(word);
+          faces.push_back({index(b.at * 8 + Eigen::Vector3i(x, bit >> 3, bit & 7)), d});
+        }
+      }
+    }
+  }
+  return faces;
+}
+
+std::vector<std::uint32_t> VisibilityScene::surface() const {
+  std::vector<std::uint32_t> voxels;
+  for (const Brick& b : list_) {
+    for (int x = 0; x < 8; ++x) {
+      std::uint64_t word = 0;
+      for (int d = 0; d < 6; ++d) word |= b.free_face[d][x];
+      for (; word != 0; word &= word - 1) {
+        const int bit = std::countr_zero(word);
+        voxels.push_back(index(b.at * 8 + Eigen::Vector3i(x, bit >> 3, bit & 7)));
+      }
+    }
+  }
+  return voxels;
+}
+
+}  // namespace periplus::voxel

@@ -1,0 +1,119 @@
+// What a camera would see of an occupancy grid: how many pixels of each unknown voxel (thesis 3.1.2).
+//
+// A front-to-back coverage rasterisation, exact up to rounding at pixel centres: the voxels of a regular grid can be
+// visited in an order in which no later one hides an earlier one, so one bit a pixel is enough. Each voxel's convex
+// silhouette becomes spans of a row; its visible pixels are those bits that were still clear. No depth, no ids.
+// A pixel belongs to what the ray through its centre (integer coordinates) meets first. Every occupied voxel
+// occludes: unknown, known and environment. Solids outside the grid occlude exactly, before the grid.
+//
+// World frame W, grid frame G (occupancy_grid.h), optical camera frame C. Lengths in metres.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/geometry/camera.h"
+#include "common/geometry/pose.h"
+#include "common/voxel/occupancy_grid.h"
+
+namespace periplus::voxel {
+
+// A convex solid of the known environment, as points whose convex hull it is.
+struct Occluder {
+  std::vector<Eigen::Vector3d> points_W;
+
+  // Box with its centre at X_WS; full side lengths.
+  static Occluder box(const Pose& X_WS, const Eigen::Vector3d& size);
+  // Cylinder about the z axis of X_WS, centre at its origin: a prism of 64 sides of the same cross-section area.
+  static Occluder cylinder(const Pose& X_WS, double diameter, double height);
+  // Sphere: a polyhedron of 16 x 32 faces that deviates by less than 0.5 % of the radius.
+  static Occluder sphere(const Eigen::Vector3d& p_WS, double diameter);
+};
+
+struct VoxelPixels {
+  std::uint32_t voxel = 0;   // linear index, see VisibilityScene::voxel
+  std::uint32_t pixels = 0;  // visible ones, > 0
+};
+
+struct VisibilityResult {
+  std::vector<VoxelPixels> unknown;  // visible unknown voxels, nearest bricks first
+  std::vector<VoxelPixels> watched;  // visible watched voxels
+  std::uint64_t unknown_pixels = 0, known_pixels = 0, environment_pixels = 0;
+  std::uint64_t occluder_pixels = 0;  // covered by solids in front of the grid
+};
+
+// What both eyes see of the unknown within the depth range of the pair.
+struct PairGain {
+  int voxels = 0;            // N_u: unknown voxels of which each eye sees more than `more_than_pixels`
+  std::uint64_t pixels = 0;  // over the unknown voxels that both see: the smaller of the two eyes' pixel counts
+};
+
+struct PairOptions {
+  double depth_min = 0.6, depth_max = 2.5;  // of the voxel's centre along the optical axis [m]
+  int more_than_pixels = 5;                 // thesis 3.1.2: "above a defined threshold, typically 5"
+};
+
+// One per thread; reused from call to call so that nothing is allocated in a search.
+struct VisibilityWorkspace {
+  std::vector<std::uint64_t> coverage;
+  std::vector<std::uint32_t> left_pixels;
+  VisibilityResult left, right;
+};
+
+// Built once for a revision of the grid; immutable, may be shared between threads.
+class VisibilityScene {
+ public:
+  // `watched`: voxels of any state whose pixels are to be listed too (those that carry landmarks); those outside the
+  // grid are left out.
+  explicit VisibilityScene(const OccupancyGrid& grid, const std::vector<Occluder>& occluders = {},
+                           const std::vector<Eigen::Vector3i>& watched = {});
+
+  // The camera may stand anywhere, inside the grid's box too; a voxel that contains it is not seen.
+  // Throws Error(not_finite) for a pose that is not finite, Error(bad_input) for an impossible camera.
+  void evaluate(const Pose& X_WC, const Pinhole& camera, VisibilityWorkspace& workspace, VisibilityResult& result) const;
+  VisibilityResult evaluate(const Pose& X_WC, const Pinhole& camera) const;
+
+  // Left eye at X_WC. Leaves both eyes' results in the workspace.
+  PairGain evaluate_pair(const Pose& X_WC, const StereoRig& rig, const PairOptions& options,
+                         VisibilityWorkspace& workspace) const;
+
+  const GridGeometry& geometry() const { return geometry_; }
+  std::uint32_t index(const Eigen::Vector3i& v) const {
+    return (static_cast<std::uint32_t>(v.x()) * geometry_.size.y() + v.y()) * geometry_.size.z() + v.z();
+  }
+  Eigen::Vector3i voxel(std::uint32_t index) const {
+    const std::uint32_t ny = geometry_.size.y(), nz = geometry_.size.z();
+    return Eigen::Vector3i(index / nz / ny, index / nz % ny, index % nz);
+  }
+
+  // Voxels with a face that no occupied voxel covers.
+  struct Face {
+    std::uint32_t voxel = 0;
+    int direction = 0;  // 0 -x, 1 +x, 2 -y, 3 +y, 4 -z, 5 +z of the grid frame
+  };
+  // Free faces of unknown voxels, every `stride`-th.
+  std::vector<Face> unknown_faces(std::size_t stride = 1) const;
+  std::size_t unknown_face_count() const;
+  // All voxels with a free face, in the order of the bricks.
+  std::vector<std::uint32_t> surface() const;
+
+ private:
+  struct Brick {
+    Eigen::Vector3i at{0, 0, 0};
+    std::array<std::array<std::uint64_t, 8>, 6> free_face{};  // by direction, as in Face
+    std::array<std::uint64_t, 8> unknown{}, environment{}, watched{};
+  };
+  struct Raster;
+
+  GridGeometry geometry_;
+  Eigen::Vector3i bricks_{0, 0, 0};
+  std::vector<Brick> list_;
+  std::vector<std::int32_t> index_;        // brick -> list_, -1: nothing to see
+  std::vector<std::uint64_t> row_;         // [bx * nby + by], bit bz: list_ has it
+  // Parts of the solids beyond each side of the grid's box, in the grid frame [voxels]; by direction as in Face.
+  std::array<std::vector<std::vector<Eigen::Vector3d>>, 6> beyond_;
+};
+
+}  // namespace periplus::voxel

@@ -1,0 +1,323 @@
+#include "common/voxel/visibility.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+
+#include "common/core/error.h"
+#include "common/core/random.h"
+
+namespace periplus::voxel {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Solid {
+  enum Kind { box, cylinder, sphere } kind;
+  Pose X_WS;
+  Eigen::Vector3d size;
+
+  Occluder occluder() const {
+    if (kind == box) return Occluder::box(X_WS, size);
+    if (kind == cylinder) return Occluder::cylinder(X_WS, size.x(), size.z());
+    return Occluder::sphere(X_WS.translation(), size.x());
+  }
+  // Where a ray enters the solid: multiples of `d`, infinity if it misses.
+  double entry(const Eigen::Vector3d& p_W, const Eigen::Vector3d& d_W) const {
+    const Eigen::Vector3d p = X_WS.inverse() * p_W, d = X_WS.linear().transpose() * d_W;
+    double t0 = 0, t1 = kInfinity;
+    const auto slab = [&](int axis) {
+      const double h = size[axis] / 2;
+      double a = (-h - p[axis]) / d[axis], b = (h - p[axis]) / d[axis];
+      if (a > b) std::swap(a, b);
+      t0 = std::max(t0, a);
+      t1 = std::min(t1, b);
+    };
+    const auto quadric = [&](double aa, double bb, double cc) {
+      const double root = bb * bb - aa * cc;
+      if (root < 0) {
+        t1 = -1;
+        return;
+      }
+      t0 = std::max(t0, (-bb - std::sqrt(root)) / aa);
+      t1 = std::min(t1, (-bb + std::sqrt(root)) / aa);
+    };
+    const double r = size.x() / 2;
+    switch (kind) {
+      case box:
+        for (int a = 0; a < 3; ++a) slab(a);
+        break;
+      case cylinder:
+        slab(2);
+        quadric(d.head<2>().squaredNorm(), p.head<2>().dot(d.head<2>()), p.head<2>().squaredNorm() - r * r);
+        break;
+      case sphere:
+        quadric(d.squaredNorm(), p.dot(d), p.squaredNorm() - r * r);
+        break;
+    }
+    return t0 < t1 ? t0 : kInfinity;
+  }
+};
+
+// First occupied voxel on the ray p + t d (grid frame, voxels) that the camera is not in, after Amanatides and Woo.
+struct Hit {
+  Eigen::Vector3i voxel;
+  double box_entry;
+};
+std::optional<Hit> cast(const OccupancyGrid& grid, const Eigen::Vector3d& p, const Eigen::Vector3d& d) {
+  const Eigen::Vector3i n = grid.geometry().size;
+  double t0 = 0, t1 = kInfinity;
+  for (int a = 0; a < 3; ++a) {
+    double lo = (0 - p[a]) / d[a], hi = (n[a] - p[a]) / d[a];
+    if (lo > hi) std::swap(lo, hi);
+    t0 = std::max(t0, lo);
+    t1 = std::min(t1, hi);
+  }
+  if (t0 >= t1) return std::nullopt;
+  const Eigen::Vector3d start = p + t0 * d;
+  Eigen::Vector3i v;
+  Eigen::Vector3d next;
+  for (int a = 0; a < 3; ++a) {
+    v[a] = std::clamp(static_cast<int>(std::floor(start[a])), 0, n[a] - 1);
+    next[a] = ((d[a] > 0 ? v[a] + 1 : v[a]) - p[a]) / d[a];
+  }
+  const Eigen::Vector3i own = p.array().floor().cast<int>();
+  while (grid.geometry().contains(v)) {
+    if (v != own && grid.state(v) != VoxelState::empty) return Hit{v, t0};
+    int a;
+    next.minCoeff(&a);
+    v[a] += d[a] > 0 ? 1 : -1;
+    next[a] += 1 / std::abs(d[a]);
+  }
+  return std::nullopt;
+}
+
+struct Expected {
+  std::map<std::uint32_t, std::uint32_t> unknown;
+  std::uint64_t known = 0, environment = 0;
+};
+
+Expected ray_cast(const OccupancyGrid& grid, const std::vector<Solid>& solids, const VisibilityScene& scene,
+                  const Pose& X_WC, const Pinhole& camera) {
+  Expected e;
+  const Pose X_GW = grid.geometry().X_WG.inverse();
+  const double h = grid.geometry().voxel_size;
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const Eigen::Vector3d d_W = X_WC.linear() * camera.back_project(x, y, 1);
+      const auto hit = cast(grid, X_GW * X_WC.translation() / h, X_GW.linear() * d_W / h);
+      if (!hit) continue;
+      bool hidden = false;
+      for (const Solid& s : solids) hidden |= s.entry(X_WC.translation(), d_W) < hit->box_entry;
+      if (hidden) continue;
+      switch (grid.state(hit->voxel)) {
+        case VoxelState::unknown:
+          ++e.unknown[scene.index(hit->voxel)];
+          break;
+        case VoxelState::known:
+          ++e.known;
+          break;
+        default:
+          ++e.environment;
+      }
+    }
+  }
+  return e;
+}
+
+std::uint64_t difference(const Expected& e, const VisibilityResult& r) {
+  std::map<std::uint32_t, std::int64_t> delta;
+  for (const auto& [v, n] : e.unknown) delta[v] += n;
+  for (const VoxelPixels& v : r.unknown) delta[v.voxel] -= v.pixels;
+  std::uint64_t sum = std::abs(std::int64_t(e.known) - std::int64_t(r.known_pixels)) +
+                      std::abs(std::int64_t(e.environment) - std::int64_t(r.environment_pixels));
+  for (const auto& [v, n] : delta) sum += std::abs(n);
+  return sum;
+}
+
+OccupancyGrid random_grid(Random& random, const Eigen::Vector3i& size, double fill) {
+  GridGeometry g;
+  g.X_WG = make_pose({0.3, -0.2, 0.7}, rotation_from_yaw_pitch_roll(random.uniform(-3, 3), 0.1, -0.2));
+  g.voxel_size = 0.02;
+  g.size = size;
+  OccupancyGrid grid(g);
+  for (int x = 0; x < size.x(); ++x) {
+    for (int y = 0; y < size.y(); ++y) {
+      for (int z = 0; z < size.z(); ++z) {
+        const double u = random.uniform();
+        grid.set_state({x, y, z}, u > fill          ? VoxelState::empty
+                                  : u > fill * 0.4  ? VoxelState::unknown
+                                  : u > fill * 0.15 ? VoxelState::known
+                                                    : VoxelState::environment);
+      }
+    }
+  }
+  return grid;
+}
+
+Eigen::Vector3d center(const GridGeometry& g) { return g.X_WG * (g.size.cast<double>() * g.voxel_size / 2); }
+
+Pose random_view(Random& random, const GridGeometry& g, double near, double far) {
+  Eigen::Vector3d d;
+  do {
+    d = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+  } while (d.norm() > 1 || d.norm() < 0.1);
+  const Eigen::Vector3d p = center(g) + d.normalized() * random.uniform(near, far);
+  Pose X = look_at(p, center(g) + 0.1 * Eigen::Vector3d(random.normal(), random.normal(), random.normal()));
+  X.linear() = X.linear() * Eigen::AngleAxisd(random.uniform(-0.5, 0.5), Eigen::Vector3d::UnitZ());
+  return X;
+}
+
+const Pinhole kCamera = Pinhole::from_vertical_fov(200, 150, 0.6);
+
+TEST(Visibility, AgreesWithRayCastingFromOutside) {
+  Random random(1);
+  std::uint64_t wrong = 0, all = 0;
+  for (int i = 0; i < 24; ++i) {
+    const Eigen::Vector3i size(9 + random.below(20), 7 + random.below(20), 8 + random.below(20));
+    const OccupancyGrid grid = random_grid(random, size, i % 3 == 0 ? 0.9 : i % 3 == 1 ? 0.2 : 0.03);
+    const VisibilityScene scene(grid);
+    const Pose X_WC = random_view(random, grid.geometry(), 0.6, 1.5);
+    const VisibilityResult r = scene.evaluate(X_WC, kCamera);
+    wrong += difference(ray_cast(grid, {}, scene, X_WC, kCamera), r);
+    all += r.unknown_pixels + r.known_pixels + r.environment_pixels;
+    std::uint64_t listed = 0;
+    for (const auto& v : r.unknown) listed += v.pixels;
+    EXPECT_EQ(listed, r.unknown_pixels);
+  }
+  EXPECT_GT(all, 50000u);
+  EXPECT_LE(wrong, all / 20000);  // rounding at pixel centres on an edge
+}
+
+TEST(Visibility, AgreesWithRayCastingFromInsideTheBox) {
+  Random random(2);
+  std::uint64_t wrong = 0, all = 0;
+  for (int i = 0; i < 16; ++i) {
+    OccupancyGrid grid = random_grid(random, {24, 24, 24}, 0.05);
+    const Pose X_WC = random_view(random, grid.geometry(), 0.0, 0.15);
+    const Eigen::Vector3i own = grid.geometry().voxel_of(X_WC.translation());
+    grid.set_state(own, VoxelState::empty);
+    const VisibilityScene scene(grid);
+    const VisibilityResult r = scene.evaluate(X_WC, kCamera);
+    wrong += difference(ray_cast(grid, {}, scene, X_WC, kCamera), r);
+    all += r.unknown_pixels + r.known_pixels + r.environment_pixels;
+  }
+  EXPECT_GT(all, 100000u);
+  // Of voxels nearer than 1 mm to the camera's plane the kernel cuts the front off, the ray caster does not.
+  EXPECT_LE(wrong, all / 5000);
+}
+
+TEST(Visibility, SolidsOutsideTheGridHideIt) {
+  Random random(3);
+  std::uint64_t wrong = 0, all = 0, occluded = 0;
+  for (int i = 0; i < 30; ++i) {
+    const OccupancyGrid grid = random_grid(random, {20, 24, 17}, 0.5);
+    std::vector<Solid> solids;
+    std::vector<Occluder> occluders;
+    for (int k = 0; k < 3; ++k) {
+      const Pose X = random_view(random, grid.geometry(), 0.2, 0.8);  // some reach into the box, some to the camera
+      const auto side = [&] { return random.uniform(0.05, 0.4); };
+      solids.push_back({static_cast<Solid::Kind>((i + k) % 2), X, {side(), side(), side()}});
+      occluders.push_back(solids.back().occluder());
+    }
+    const VisibilityScene scene(grid, occluders);
+    const Pose X_WC = random_view(random, grid.geometry(), 0.6, 1.2);
+    bool inside = false;
+    for (const Solid& s : solids) inside |= (s.X_WS.inverse() * X_WC.translation()).norm() < 0.35;
+    if (inside) continue;
+    const VisibilityResult r = scene.evaluate(X_WC, kCamera);
+    wrong += difference(ray_cast(grid, solids, scene, X_WC, kCamera), r);
+    all += r.unknown_pixels + r.known_pixels + r.environment_pixels;
+    occluded += r.occluder_pixels;
+  }
+  EXPECT_GT(all, 50000u);
+  EXPECT_GT(occluded, 20000u);
+  EXPECT_LE(wrong, all / 500);  // the 64-sided prism
+}
+
+TEST(Visibility, SphereHidesAsASphere) {
+  Random random(4);
+  const OccupancyGrid grid = random_grid(random, {20, 20, 20}, 1.0);
+  const Pose X_WC = random_view(random, grid.geometry(), 1.0, 1.0);
+  const Solid ball{Solid::sphere, make_pose((X_WC.translation() + center(grid.geometry())) / 2, Eigen::Matrix3d::Identity()),
+                   {0.1, 0.1, 0.1}};
+  const VisibilityScene scene(grid, {ball.occluder()});
+  const VisibilityResult r = scene.evaluate(X_WC, kCamera);
+  EXPECT_GT(r.occluder_pixels, 500u);
+  EXPECT_LE(difference(ray_cast(grid, {ball}, scene, X_WC, kCamera), r), r.occluder_pixels / 100 + 5);
+}
+
+TEST(Visibility, WatchedVoxelsAreListed) {
+  Random random(5);
+  const OccupancyGrid grid = random_grid(random, {16, 16, 16}, 1.0);
+  std::vector<Eigen::Vector3i> watched;
+  for (int y = 0; y < 16; ++y) {
+    for (int z = 0; z < 16; ++z) watched.emplace_back(15, y, z);
+  }
+  watched.emplace_back(99, 0, 0);  // outside: left out
+  const VisibilityScene scene(grid, {}, watched);
+  const Eigen::Vector3d out = grid.geometry().X_WG.linear().col(0);
+  const VisibilityResult r = scene.evaluate(look_at(center(grid.geometry()) + out, center(grid.geometry())), kCamera);
+  EXPECT_EQ(r.watched.size(), 256u);  // that whole side, seen face on
+  std::uint64_t sum = 0;
+  for (const auto& v : r.watched) {
+    sum += v.pixels;
+    EXPECT_EQ(scene.voxel(v.voxel).x(), 15);
+  }
+  EXPECT_EQ(sum, r.unknown_pixels + r.known_pixels + r.environment_pixels);
+}
+
+TEST(Visibility, PairCountsWhatBothEyesSeeWithinTheRange) {
+  GridGeometry g;
+  g.X_WG = make_pose({0, -0.04, 0}, Eigen::Matrix3d::Identity());
+  g.voxel_size = 0.01;
+  g.size = {1, 80, 8};  // a wall of 0.8 m by 8 cm, 1 cm thick, seen along +x
+  const OccupancyGrid grid(g);
+  const VisibilityScene scene(grid);
+  StereoRig rig{Pinhole::from_vertical_fov(640, 480, 25 * std::numbers::pi / 180), 0.144};
+  VisibilityWorkspace workspace;
+  // Left eye 1 m away at the wall's middle; the wall fills the images' width (0.59 m), of which both share 0.447 m.
+  const Pose X_WC = look_along({-1, 0.36, 0.04}, 0, 0);
+  const PairGain gain = scene.evaluate_pair(X_WC, rig, {}, workspace);
+  const double share = 2 * std::tan(rig.camera.horizontal_fov() / 2) - 0.144;
+  EXPECT_NEAR(gain.voxels, share / 0.01 * 8, 2 * 8);
+  EXPECT_NEAR(double(gain.pixels), share * rig.camera.fx * 0.08 * rig.camera.fy, 0.04 * double(gain.pixels));
+  EXPECT_GT(workspace.left.unknown.size(), static_cast<std::size_t>(gain.voxels) + 50);
+  // Out of the depth range nothing counts; a threshold above a voxel's size neither.
+  EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {.depth_min = 1.1}, workspace).voxels, 0);
+  EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {.depth_max = 0.9}, workspace).pixels, 0u);
+  EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {.more_than_pixels = 150}, workspace).voxels, 0);
+  EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {}, workspace).voxels, gain.voxels);  // the workspace keeps nothing
+}
+
+TEST(Visibility, FacesAndSurfaceOfASolidBlock) {
+  GridGeometry g;
+  g.size = {10, 11, 12};
+  const VisibilityScene scene{OccupancyGrid(g)};
+  EXPECT_EQ(scene.unknown_face_count(), 2u * (10 * 11 + 11 * 12 + 10 * 12));
+  EXPECT_EQ(scene.unknown_faces().size(), scene.unknown_face_count());
+  EXPECT_EQ(scene.surface().size(), 10u * 11 * 12 - 8 * 9 * 10);
+  for (const auto& f : scene.unknown_faces(7)) {
+    const Eigen::Vector3i v = scene.voxel(f.voxel);
+    EXPECT_EQ(v[f.direction / 2], f.direction % 2 == 0 ? 0 : g.size[f.direction / 2] - 1);
+  }
+}
+
+TEST(Visibility, RefusesWhatIsNoCamera) {
+  GridGeometry g;
+  g.size = {8, 8, 8};
+  const VisibilityScene scene{OccupancyGrid(g)};
+  Pose X = Pose::Identity();
+  X.translation().x() = std::nan("");
+  EXPECT_THROW(scene.evaluate(X, kCamera), Error);
+  Pinhole bad = kCamera;
+  bad.fx = 0;
+  EXPECT_THROW(scene.evaluate(Pose::Identity(), bad), Error);
+}
+
+}  // namespace
+}  // namespace periplus::voxel

@@ -1,0 +1,33 @@
+// Object grids and the environment: IDL types of model.idl to domain types and back. What comes in is checked before
+// anything is allocated from it: identifiers, poses, sizes of planes, finite landmarks, texts that parse, and the
+// revision that must be the SHA-256 of the texts. Errors: bad_input, bad_size, not_finite.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/object_model/perception.h"
+#include "common/voxel/occupancy_grid.h"
+#include "common/wire/knowledge.h"
+#include "idl/model.h"
+
+namespace periplus::wire {
+
+// SHA-256 (64 hexadecimal digits) of the three texts, each preceded by its length.
+std::string environment_revision(std::string_view scene_yaml, std::string_view robot_yaml, std::string_view robot_urdf);
+
+// Fills in the revision. Removes nothing: give a scene without `truth` (scene::without_truth).
+msg::Environment environment_to_wire(std::string_view scene_id, std::string_view scene_yaml, std::string_view robot_yaml,
+                                     std::string_view robot_urdf);
+// Parses the scene and loads the robot. An empty revision is filled in, a wrong one refused.
+KnownEnvironment environment_from_wire(const msg::Environment& environment);
+
+msg::ObjectGrid object_to_wire(std::string_view object_id, const voxel::OccupancyGrid& grid,
+                               const std::vector<object_model::Landmark>& landmarks);
+KnownObject object_from_wire(const msg::ObjectGrid& object);
+
+msg::GridCounts to_wire(const voxel::Counts& counts);
+voxel::Counts from_wire(const msg::GridCounts& counts);
+
+}  // namespace periplus::wire

@@ -1,0 +1,44 @@
+#!/bin/sh
+# Fetches the meshes and textures that the scenes name, out of Debian packages, into a cache folder: nothing of them is
+# kept in this repository. May be run again; what is there already is not fetched anew.
+#   PERIPLUS_ASSETS   the cache folder; default ~/.cache/periplus/assets
+set -eu
+
+assets=${PERIPLUS_ASSETS:-${XDG_CACHE_HOME:-$HOME/.cache}/periplus/assets}
+mkdir -p "$assets"
+temporary=$(mktemp -d)
+trap 'rm -rf "$temporary"' EXIT
+
+# package, then file in it, then name in the cache; a file "archive//member" lies in a tar archive of the package
+list='
+glmark2-data      usr/share/glmark2/models/bunny.obj                                        bunny.obj
+libcgal-demo      usr/share/doc/libcgal-dev/data.tar.gz//data/meshes/triceratops.off        triceratops.off
+libcgal-demo      usr/share/doc/libcgal-dev/data.tar.gz//data/meshes/refined_elephant.off   elephant.off
+libmujoco-samples usr/share/mujoco/model/mug/mug.obj                                        mug.obj
+libmujoco-samples usr/share/mujoco/model/mug/mug.png                                        mug.png
+'
+
+as_root() {
+  if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi
+}
+
+unpack() { # package: its files below $temporary/<package>
+  [ -d "$temporary/$1" ] && return
+  (cd "$temporary" && apt-get download -qq "$1" >/dev/null 2>&1) || {
+    as_root apt-get update -qq
+    (cd "$temporary" && apt-get download -qq "$1" >/dev/null)
+  }
+  dpkg -x "$temporary/$1"_*.deb "$temporary/$1"
+}
+
+printf '%s\n' "$list" | while read -r package file name; do
+  [ -n "$package" ] || continue
+  [ -s "$assets/$name" ] && continue
+  unpack "$package"
+  case $file in
+    *//*) tar -xOf "$temporary/$package/${file%%//*}" "${file#*//}" >"$temporary/part" ;;
+    *) cp "$temporary/$package/$file" "$temporary/part" ;;
+  esac
+  mv "$temporary/part" "$assets/$name" # whole or not at all
+  echo "fetched $name from $package"
+done

@@ -1,0 +1,119 @@
+#include "services/model_server/knowledge_store.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/core/error.h"
+#include "common/object_model/testing/sphere_views.h"
+
+namespace periplus::model {
+namespace {
+
+using namespace object_model::testing;
+namespace fs = std::filesystem;
+
+class KnowledgeStoreTest : public ::testing::Test {
+ protected:
+  void SetUp() override { fs::remove_all(folder); }
+  void TearDown() override { fs::remove_all(folder); }
+  const std::string folder = ::testing::TempDir() + "knowledge_store_test." + std::to_string(::getpid());
+};
+
+object_model::ObjectModel begun(const std::string& id = "ball") { return {id, box_around({}), 0.025, {}}; }
+void look(object_model::ObjectModel& model, int n) { model.integrate(ideal_view({}, n, 6, 80, 60), {}, {}); }
+
+TEST_F(KnowledgeStoreTest, KeepsEnvironmentAndModels) {
+  const EnvironmentTexts texts{"room", "scene", "robot: é", std::string("urdf\0with nul", 13)};
+  object_model::ObjectModel model = begun();
+  {
+    KnowledgeStore store(folder);
+    EXPECT_FALSE(store.environment().has_value());
+    store.put_environment(texts);
+    store.put_model(model);
+    for (int n = 0; n < 3; ++n) {
+      look(model, n);
+      store.add_view(model);
+    }
+    store.put_model(begun("other"));
+  }
+  const KnowledgeStore store(folder);
+  EXPECT_EQ(store.environment(), texts);
+  const auto models = store.models();
+  ASSERT_EQ(models.size(), 2u);
+  EXPECT_EQ(models[0].digest(), model.digest());
+  EXPECT_EQ(models[0].grid().revision, 3u);
+  EXPECT_EQ(models[1].state().object_id, "other");
+}
+
+TEST_F(KnowledgeStoreTest, PuttingAModelReplacesTheOldOneWithItsViews) {
+  KnowledgeStore store(folder);
+  object_model::ObjectModel model = begun();
+  store.put_model(model);
+  look(model, 0);
+  store.add_view(model);
+  store.put_model(begun());
+  EXPECT_EQ(store.models().at(0).state().views.size(), 0u);
+}
+
+TEST_F(KnowledgeStoreTest, AKilledServerLeavesWholeViews) {
+  // The child integrates until it is killed in the midst; what is stored is then a whole number of views.
+  int pipe_ends[2];
+  ASSERT_EQ(::pipe(pipe_ends), 0);
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    KnowledgeStore store(folder);
+    object_model::ObjectModel model = begun();
+    store.put_model(model);
+    for (int n = 0;; ++n) {
+      auto p = ideal_view({}, n % 6, 6, 80, 60);
+      p.view_id = "view-" + std::to_string(n);
+      model.integrate(p, {}, {});
+      store.add_view(model);
+      const char octet = 1;
+      if (::write(pipe_ends[1], &octet, 1) != 1) ::_exit(1);
+    }
+  }
+  ::close(pipe_ends[1]);
+  char octets[4];
+  for (char& octet : octets) ASSERT_EQ(::read(pipe_ends[0], &octet, 1), 1);
+  ::usleep(3000);
+  ::kill(child, SIGKILL);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  ::close(pipe_ends[0]);
+
+  const KnowledgeStore store(folder);
+  const auto models = store.models();
+  ASSERT_EQ(models.size(), 1u);
+  const auto& state = models[0].state();
+  EXPECT_GE(state.views.size(), 4u);
+  EXPECT_EQ(state.grid.revision, state.views.size());
+  EXPECT_EQ(state.views.back()->result.counts, models[0].grid().counts());
+}
+
+TEST_F(KnowledgeStoreTest, ASecondServerIsRefused) {
+  const KnowledgeStore store(folder);
+  try {
+    const KnowledgeStore second(folder);
+    FAIL() << "two servers share one database";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::model_store);
+  }
+}
+
+TEST_F(KnowledgeStoreTest, WhatIsNotADatabaseIsRefused) {
+  fs::create_directories(folder);
+  std::ofstream(folder + "/knowledge.sqlite") << std::string(5000, 'x');
+  EXPECT_THROW(KnowledgeStore{folder}, Error);
+  EXPECT_THROW(KnowledgeStore{"/proc/nowhere"}, Error);
+}
+
+}  // namespace
+}  // namespace periplus::model

@@ -1,0 +1,110 @@
+#include "services/model_server/model_keeper.h"
+
+#include "common/core/error.h"
+#include "common/core/log.h"
+#include "common/scene/scene.h"
+
+namespace periplus::model {
+
+namespace {
+
+bool same_box(const object_model::ObjectBox& a, const object_model::ObjectBox& b) {
+  return a.X_WB.matrix().isApprox(b.X_WB.matrix(), 1e-9) && a.size.isApprox(b.size, 1e-9);
+}
+
+}  // namespace
+
+ModelKeeper::ModelKeeper(const std::string& store_folder, const object_model::CarvingSettings& settings)
+    : settings_(settings), store_(store_folder) {
+  settings_.check();
+  std::vector<std::string> damaged;
+  for (object_model::ObjectModel& m : store_.models(&damaged)) {
+    const std::string id = m.state().object_id;
+    models_[id] = std::make_shared<const object_model::ObjectModel>(std::move(m));
+  }
+  for (const std::string& what : damaged) log::warn("a stored model cannot be read and is left out", {{"model", what}});
+}
+
+std::optional<EnvironmentTexts> ModelKeeper::stored_environment() const {
+  std::lock_guard lock(mutex_);
+  return store_.environment();
+}
+
+void ModelKeeper::set_environment(const KnownTexts& environment) {
+  require(environment.scene && environment.collision, ErrorCode::internal, "an environment comes with its scene");
+  auto occluders = object_model::occluders_of(*environment.scene);
+  std::lock_guard lock(mutex_);
+  if (store_.environment() != environment.texts) store_.put_environment(environment.texts);
+  environment_ = environment;
+  occluders_ = std::move(occluders);
+}
+
+KnownTexts ModelKeeper::environment() const {
+  std::lock_guard lock(mutex_);
+  require(environment_.has_value(), ErrorCode::model_environment_missing, "no environment is known yet; send one with model/set_environment");
+  return *environment_;
+}
+
+object_model::Surroundings ModelKeeper::surroundings() const {
+  require(environment_.has_value(), ErrorCode::model_environment_missing, "no environment is known yet; send one with model/set_environment");
+  return {environment_->revision, environment_->collision, occluders_};
+}
+
+ModelKeeper::Model ModelKeeper::find(const std::string& object_id) const {
+  const auto it = models_.find(object_id);
+  require(it != models_.end(), ErrorCode::model_object_unknown, "no object goes by the name " + object_id + "; begin it with model/begin");
+  return it->second;
+}
+
+ModelKeeper::Model ModelKeeper::begin(const std::string& object_id, const object_model::ObjectBox& box, double voxel_size, bool reset) {
+  std::lock_guard lock(mutex_);
+  const object_model::Surroundings around = surroundings();
+  std::uint32_t revision = 0;
+  if (const auto it = models_.find(object_id); it != models_.end()) {
+    const object_model::ModelState& old = it->second->state();
+    const bool alike = same_box(old.box, box) && std::abs(old.grid.geometry().voxel_size - voxel_size) < 1e-12 &&
+                       old.environment_revision == around.revision;
+    if (alike && (!reset || old.views.empty())) return it->second;
+    require(alike || reset, ErrorCode::model_object_differs,
+            "object " + object_id + " was begun with another box, voxel size or environment; ask with reset to begin it anew");
+    // Counting goes on, so that no reader takes the new grid for an old one.
+    revision = old.grid.revision + 1;
+  }
+  auto model = std::make_shared<const object_model::ObjectModel>(object_id, box, voxel_size, around, revision);
+  store_.put_model(*model);
+  models_[object_id] = model;
+  return model;
+}
+
+bool ModelKeeper::has_view(const std::string& object_id, const std::string& view_id) const {
+  std::lock_guard lock(mutex_);
+  return find(object_id)->view(view_id) != nullptr;
+}
+
+object_model::Integration ModelKeeper::integrate(const std::string& object_id, const std::string& view_id,
+                                                 const object_model::Perception* perception) {
+  std::lock_guard lock(mutex_);
+  const Model old = find(object_id);
+  if (const auto before = old->view(view_id)) return before->result;
+  require(perception != nullptr && perception->view_id == view_id, ErrorCode::model_perception_not_here,
+          "the perception of view " + view_id + " is not here; have vision/process publish it again");
+  auto next = std::make_shared<object_model::ObjectModel>(*old);
+  const object_model::Integration result = next->integrate(*perception, surroundings(), settings_);
+  store_.add_view(*next);
+  models_[object_id] = next;
+  return result;
+}
+
+ModelKeeper::Model ModelKeeper::model(const std::string& object_id) const {
+  std::lock_guard lock(mutex_);
+  return find(object_id);
+}
+
+std::vector<ModelKeeper::Model> ModelKeeper::models() const {
+  std::lock_guard lock(mutex_);
+  std::vector<Model> out;
+  for (const auto& [id, m] : models_) out.push_back(m);
+  return out;
+}
+
+}  // namespace periplus::model

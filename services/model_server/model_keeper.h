@@ -1,0 +1,74 @@
+// What the model server knows and does, without DDS: environment and object models, in memory and in the knowledge
+// database. Every request may be made again: it then gives the same answer and changes nothing.
+//
+// Thread-safe; requests are served one at a time. Models handed out are immutable.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "common/object_model/object_model.h"
+#include "services/model_server/knowledge_store.h"
+#include "services/model_server/settings.h"
+
+namespace periplus::scene {
+class CollisionWorld;
+struct Scene;
+}  // namespace periplus::scene
+
+namespace periplus::model {
+
+// Revision and parsed scene that belong to an environment's texts.
+struct KnownTexts {
+  EnvironmentTexts texts;
+  std::string revision;
+  std::shared_ptr<const scene::Scene> scene;
+  std::shared_ptr<const scene::CollisionWorld> collision;
+};
+
+class ModelKeeper {
+ public:
+  using Model = std::shared_ptr<const object_model::ObjectModel>;
+
+  // Takes up the models of the store. Its environment comes with set_environment(), parsed by the caller.
+  ModelKeeper(const std::string& store_folder, const object_model::CarvingSettings& settings);
+
+  // As the store has it, if it has one.
+  std::optional<EnvironmentTexts> stored_environment() const;
+  void set_environment(const KnownTexts& environment);
+  // Throws Error(model_environment_missing) before the first set_environment().
+  KnownTexts environment() const;
+
+  // All unknown, or as it stands if it was begun alike. `reset` begins it anew with the next revision, unless nothing was
+  // seen of it yet. Throws Error(model_environment_missing), Error(model_object_differs) where it was begun with another
+  // box, voxel size or environment, Error(bad_input), Error(model_store).
+  Model begin(const std::string& object_id, const object_model::ObjectBox& box, double voxel_size, bool reset);
+
+  // True if the view is part of the model already.
+  bool has_view(const std::string& object_id, const std::string& view_id) const;
+  // Integrates and stores one view. The answer for a view that is there already is the one it gave then; `perception` may
+  // then be null. Throws Error(model_object_unknown), Error(model_environment_missing), Error(model_store) and what
+  // ObjectModel::integrate throws; the model is then as before.
+  object_model::Integration integrate(const std::string& object_id, const std::string& view_id,
+                                      const object_model::Perception* perception);
+
+  // Throws Error(model_object_unknown).
+  Model model(const std::string& object_id) const;
+  std::vector<Model> models() const;
+
+ private:
+  Model find(const std::string& object_id) const;
+  object_model::Surroundings surroundings() const;
+
+  object_model::CarvingSettings settings_;
+  mutable std::mutex mutex_;
+  KnowledgeStore store_;
+  std::optional<KnownTexts> environment_;
+  std::vector<voxel::Occluder> occluders_;
+  std::map<std::string, Model> models_;
+};
+
+}  // namespace periplus::model

@@ -1,0 +1,127 @@
+#include "services/model_server/model_keeper.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "common/core/error.h"
+#include "common/object_model/testing/sphere_views.h"
+#include "common/scene/scene.h"
+
+namespace periplus::model {
+namespace {
+
+using namespace object_model::testing;
+namespace fs = std::filesystem;
+
+KnownTexts room(const std::string& revision = "r1") {
+  auto scene = std::make_shared<scene::Scene>();
+  scene::Solid table;
+  table.name = "table";
+  table.size = {2, 2, 0.8};
+  table.X_WS.translation() = Eigen::Vector3d(0, 0, 0.4);
+  scene->solids.push_back(table);
+  return {{"room", "scene " + revision, "robot", "urdf"}, revision, scene, std::make_shared<scene::CollisionWorld>(*scene)};
+}
+
+object_model::Perception view(int n) { return ideal_view({}, n, 6, 80, 60); }
+
+template <class Function>
+ErrorCode code_of(Function&& function) {
+  try {
+    function();
+  } catch (const Error& e) {
+    return e.code();
+  }
+  return ErrorCode::ok;
+}
+
+class ModelKeeperTest : public ::testing::Test {
+ protected:
+  void SetUp() override { fs::remove_all(folder); }
+  void TearDown() override { fs::remove_all(folder); }
+  const std::string folder = ::testing::TempDir() + "model_keeper_test." + std::to_string(::getpid());
+  const object_model::ObjectBox box = box_around({});
+};
+
+TEST_F(ModelKeeperTest, AnswersTwiceTheSame) {
+  ModelKeeper keeper(folder, {});
+  keeper.set_environment(room());
+  const auto first = keeper.begin("ball", box, 0.025, false);
+  EXPECT_GT(first->grid().counts().environment, 0u);
+  EXPECT_EQ(keeper.begin("ball", box, 0.025, false), first);
+  EXPECT_EQ(keeper.begin("ball", box, 0.025, true), first);  // nothing was seen of it yet
+
+  const auto p = view(0);
+  const auto result = keeper.integrate("ball", p.view_id, &p);
+  EXPECT_EQ(result.revision, 1u);
+  EXPECT_TRUE(keeper.has_view("ball", p.view_id));
+  const auto seen = keeper.model("ball");
+  EXPECT_EQ(keeper.integrate("ball", p.view_id, nullptr), result);
+  EXPECT_EQ(keeper.model("ball"), seen);
+  EXPECT_EQ(first->grid().revision, 0u);  // what was handed out does not change
+}
+
+TEST_F(ModelKeeperTest, ResetBeginsAnewWithTheNextRevision) {
+  ModelKeeper keeper(folder, {});
+  keeper.set_environment(room());
+  keeper.begin("ball", box, 0.025, false);
+  const auto p = view(0);
+  keeper.integrate("ball", p.view_id, &p);
+  const auto anew = keeper.begin("ball", box, 0.025, true);
+  EXPECT_EQ(anew->grid().revision, 2u);
+  EXPECT_TRUE(anew->state().views.empty());
+  EXPECT_EQ(keeper.integrate("ball", p.view_id, &p).revision, 3u);
+}
+
+TEST_F(ModelKeeperTest, RefusalsCarryTheirCodes) {
+  ModelKeeper keeper(folder, {});
+  EXPECT_EQ(code_of([&] { keeper.environment(); }), ErrorCode::model_environment_missing);
+  EXPECT_EQ(code_of([&] { keeper.begin("ball", box, 0.025, false); }), ErrorCode::model_environment_missing);
+  keeper.set_environment(room());
+  EXPECT_EQ(code_of([&] { keeper.model("ball"); }), ErrorCode::model_object_unknown);
+  EXPECT_EQ(code_of([&] { keeper.integrate("ball", "v", nullptr); }), ErrorCode::model_object_unknown);
+  EXPECT_EQ(code_of([&] { keeper.begin("ball", box, 0.0001, false); }), ErrorCode::bad_input);
+  keeper.begin("ball", box, 0.025, false);
+  EXPECT_EQ(code_of([&] { keeper.begin("ball", box, 0.02, false); }), ErrorCode::model_object_differs);
+  keeper.set_environment(room("r2"));
+  EXPECT_EQ(code_of([&] { keeper.begin("ball", box, 0.025, false); }), ErrorCode::model_object_differs);
+  EXPECT_EQ(code_of([&] { keeper.integrate("ball", "v", nullptr); }), ErrorCode::model_perception_not_here);
+  auto bad = view(0);
+  bad.depth.clear();
+  EXPECT_EQ(code_of([&] { keeper.integrate("ball", bad.view_id, &bad); }), ErrorCode::bad_size);
+  EXPECT_FALSE(keeper.has_view("ball", bad.view_id));
+}
+
+TEST_F(ModelKeeperTest, GoesOnWhereItWas) {
+  const auto p0 = view(0), p1 = view(1);
+  std::string digest;
+  object_model::Integration first;
+  {
+    ModelKeeper keeper(folder, {});
+    keeper.set_environment(room());
+    keeper.begin("ball", box, 0.025, false);
+    first = keeper.integrate("ball", p0.view_id, &p0);
+    digest = keeper.model("ball")->digest();
+  }
+  ModelKeeper keeper(folder, {});
+  ASSERT_EQ(keeper.stored_environment(), room().texts);
+  keeper.set_environment(room());
+  ASSERT_EQ(keeper.models().size(), 1u);
+  EXPECT_EQ(keeper.model("ball")->digest(), digest);
+  EXPECT_EQ(keeper.integrate("ball", p0.view_id, nullptr), first);
+  EXPECT_EQ(keeper.integrate("ball", p1.view_id, &p1).revision, 2u);
+
+  // The same two looks without a restart.
+  ModelKeeper straight(folder + ".straight", {});
+  straight.set_environment(room());
+  straight.begin("ball", box, 0.025, false);
+  straight.integrate("ball", p0.view_id, &p0);
+  straight.integrate("ball", p1.view_id, &p1);
+  EXPECT_EQ(straight.model("ball")->digest(), keeper.model("ball")->digest());
+  fs::remove_all(folder + ".straight");
+}
+
+}  // namespace
+}  // namespace periplus::model

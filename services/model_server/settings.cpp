@@ -1,0 +1,44 @@
+#include "services/model_server/settings.h"
+
+#include <cmath>
+#include <cstdlib>
+
+#include "common/core/error.h"
+
+namespace periplus::model {
+
+ModelSettings read_settings(const config::Node& root) {
+  ModelSettings s;
+  root.read("store_folder", s.store_folder);
+  double wait_s = 2;
+  root.read("perception_wait_s", wait_s, {.minimum = 0, .maximum = 60});
+  s.perception_wait = std::chrono::milliseconds(std::lround(wait_s * 1000));
+  root.read("perceptions_kept", s.perceptions_kept, {.minimum = 1, .maximum = 64});
+
+  object_model::CarvingSettings& c = s.carving;
+  const config::Node carving = root.child("carving");
+  carving.read("margin_voxels", c.margin_voxels);
+  carving.read("gap_px", c.gap_px);
+  carving.read("cautious_share", c.cautious_share);
+  carving.read("cautious_votes", c.cautious_votes);
+  carving.read("solid_extra_voxels", c.solid_extra_voxels);
+  carving.read("solid_tolerance_m", c.solid_tolerance_m);
+  const config::Node labels = root.child("labels");
+  labels.read("known_points", c.known_points);
+  labels.read("seen_points", c.seen_points);
+  const config::Node surface = root.child("surface");
+  surface.read("truncation_voxels", c.truncation_voxels);
+  root.finish();
+  c.check();
+  return s;
+}
+
+std::string default_store_folder(int domain) {
+  const std::string leaf = "/periplus/domain-" + std::to_string(domain);
+  if (const char* state = std::getenv("XDG_STATE_HOME"); state && *state) return state + leaf;
+  const char* home = std::getenv("HOME");
+  require(home && *home, ErrorCode::bad_input, "store_folder is empty and neither XDG_STATE_HOME nor HOME is set; set store_folder");
+  return std::string(home) + "/.local/state" + leaf;
+}
+
+}  // namespace periplus::model

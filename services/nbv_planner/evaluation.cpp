@@ -1,0 +1,149 @@
+#include "services/nbv_planner/evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "common/core/error.h"
+
+namespace periplus::nbv {
+namespace {
+
+// 3.7 with alpha and mu such that the bounds of the interval give 1.
+double interval(double v, double low, double high, int exponent) {
+  const double half = std::max((high - low) / 2, 1e-3);
+  return std::pow((v - (low + high) / 2) / half, exponent);
+}
+
+// exp() that stays finite far outside, so that sums and differences of penalties do.
+double penalty(double exponent) { return std::exp(std::min(exponent, 40.0)); }
+
+double sigmoid(double x) { return 1 / (1 + std::exp(-x)); }
+
+}  // namespace
+
+voxel::VisibilityScene Evaluator::make_visibility(const Situation& s) {
+  check(s);
+  std::vector<voxel::Occluder> occluders;
+  for (const scene::Solid& solid : s.scene.solids) {
+    switch (solid.shape) {
+      case scene::Shape::box:
+        occluders.push_back(voxel::Occluder::box(solid.X_WS, solid.size));
+        break;
+      case scene::Shape::cylinder:
+        occluders.push_back(voxel::Occluder::cylinder(solid.X_WS, solid.size.x(), solid.size.z()));
+        break;
+      case scene::Shape::sphere:
+        occluders.push_back(voxel::Occluder::sphere(solid.X_WS.translation(), solid.size.x()));
+        break;
+    }
+  }
+  std::vector<Eigen::Vector3i> watched;
+  for (const auto& l : s.landmarks) {
+    if (l.p_W.allFinite()) watched.push_back(s.grid->geometry().voxel_of(l.p_W));
+  }
+  return voxel::VisibilityScene(*s.grid, occluders, watched);
+}
+
+Evaluator::Evaluator(const Situation& situation, const EvaluationSettings& settings, const ConstraintSettings& constraints)
+    : situation_(situation), settings_(settings), visibility_(make_visibility(situation)),
+      constraints_(situation, visibility_, constraints) {
+  const voxel::GridGeometry& g = situation.grid->geometry();
+  mark_of_voxel_.assign(static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z(), -1);
+  // One landmark a voxel, the largest: several features on one spot are one thing to see.
+  std::vector<double> size;
+  for (const auto& l : situation.landmarks) {
+    if (!l.p_W.allFinite() || !l.normal_W.allFinite() || !(l.size_m > 0)) continue;
+    const Eigen::Vector3i v = g.voxel_of(l.p_W);
+    if (!g.contains(v) || situation.grid->state(v) == voxel::VoxelState::empty) continue;
+    std::int32_t& at = mark_of_voxel_[visibility_.index(v)];
+    if (at < 0) {
+      at = static_cast<std::int32_t>(marks_.size());
+      marks_.push_back({});
+      size.push_back(-1);
+    }
+    if (l.size_m <= size[at]) continue;
+    size[at] = l.size_m;
+    // pmin: the disc as the far end of the pair's range shows it face on, at most half of its voxel's face there.
+    const double scale = situation.rig.camera.fx / settings.pair.depth_max;
+    const double disc = std::numbers::pi / 4 * l.size_m * l.size_m, face = g.voxel_size * g.voxel_size / 2;
+    marks_[at].least_pixels = std::min(disc, face) * scale * scale;
+    const double norm = l.normal_W.norm();
+    marks_[at].normal = norm > 0.5 ? Eigen::Vector3d(l.normal_W / norm) : Eigen::Vector3d::Zero();
+  }
+  landmark_term_ = settings.landmarks && marks_.size() >= 2 * static_cast<std::size_t>(std::max(1, settings.least_landmarks));
+}
+
+const Evaluator::Mark* Evaluator::mark(std::uint32_t voxel) const {
+  const std::int32_t at = mark_of_voxel_[voxel];
+  return at < 0 ? nullptr : &marks_[at];
+}
+
+double Evaluator::landmark_visibility(double pixels, double least_pixels, const Eigen::Vector3d& view,
+                                      const Eigen::Vector3d& normal) const {
+  const double ls = sigmoid(pixels - least_pixels);
+  // Where the normal is not known the visible surface alone decides.
+  if (normal.isZero()) return ls;
+  return ls * sigmoid(-settings_.landmark_slope * (view.dot(normal) + settings_.landmark_cosine));
+}
+
+double Evaluator::landmark_penalty(double visible) const {
+  const double lv = visible - settings_.least_landmarks;
+  // The reward ends at twice the least number: hundreds of features in view would otherwise outweigh the unknown,
+  // against what 3.12 is meant for.
+  if (lv > 0) return -settings_.landmark_reward * std::min(lv, double(settings_.least_landmarks));
+  const double pixels = double(situation_.rig.camera.width) * situation_.rig.camera.height;
+  const double share = lv / std::max(1, settings_.least_landmarks);
+  return 2 * pixels * share * share;
+}
+
+Evaluation Evaluator::evaluate(const Pose& X_WC, Workspace& workspace) const {
+  require(is_finite(X_WC), ErrorCode::not_finite, "a viewpoint must be finite");
+  const robot::ViewLimits& l = situation_.limits;
+  Evaluation e;
+  double distance = 0;
+  e.violation = constraints_.check(X_WC, &distance);
+  const Eigen::Vector3d ypr = camera_yaw_pitch_roll(X_WC);
+  const int p = settings_.interval_exponent;
+  e.k_height = interval(X_WC.translation().z(), l.height_min, l.height_max, p);
+  e.k_roll = interval(ypr.z(), -l.roll_max, l.roll_max, p);
+  e.k_pitch = interval(ypr.y(), l.pitch_min, l.pitch_max, p);
+  if (std::isfinite(distance)) {
+    e.k_distance = penalty(settings_.distance_slope * (l.distance_min - distance));
+    e.k_far = penalty(settings_.distance_slope * (distance - l.distance_max));
+  }
+  for (const Pose& F : situation_.forbidden) {
+    const Eigen::Vector3d other = camera_yaw_pitch_roll(F);
+    double sum = (F.translation() - X_WC.translation()).lpNorm<1>();
+    for (int i = 0; i < 3; ++i) sum += std::abs(wrap_angle(other[i] - ypr[i]));
+    e.k_forbidden += std::exp(-settings_.forbidden_slope * sum);
+  }
+  const bool ruled_out = e.violation == Violation::head || e.violation == Violation::body ||
+                         e.violation == Violation::room || e.violation == Violation::forbidden;
+  if (ruled_out) {
+    if (landmark_term_) e.k_landmarks = landmark_penalty(0);
+    return e;
+  }
+  e.gain = visibility_.evaluate_pair(X_WC, situation_.rig, settings_.pair, workspace.visibility);
+  if (landmark_term_) {
+    const Eigen::Vector3d view = X_WC.linear().col(2);
+    for (const voxel::VoxelPixels& v : workspace.visibility.left.watched) {
+      const Mark* m = mark(v.voxel);
+      if (m != nullptr) e.visible_landmarks += landmark_visibility(v.pixels, m->least_pixels, view, m->normal);
+    }
+    e.k_landmarks = landmark_penalty(e.visible_landmarks);
+  }
+  return e;
+}
+
+double Evaluator::score(const Evaluation& e, double gain_scale) const {
+  const double lambda_forbidden = std::min(settings_.lambda_forbidden, gain_scale);
+  double f = gain_scale * (e.k_height + e.k_roll + e.k_pitch) + settings_.lambda_distance * (e.k_distance + e.k_far) +
+             settings_.lambda_landmarks * e.k_landmarks + lambda_forbidden * e.k_forbidden - e.gain.voxels;
+  // What has no smooth term of its own costs as much as the best gain.
+  if (e.violation != Violation::none) f += gain_scale;
+  return f;
+}
+
+}  // namespace periplus::nbv

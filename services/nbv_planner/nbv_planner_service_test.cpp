@@ -1,0 +1,145 @@
+#include "services/nbv_planner/nbv_planner_service.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "common/dds/codec_impl.h"
+#include "common/dds/testing/test_domain.h"
+#include "common/wire/common_wire.h"
+#include "common/wire/object_wire.h"
+#include "idl/model.h"
+#include "idl/nbv.h"
+#include "services/nbv_planner/testing/situations.h"
+
+namespace periplus::nbv {
+namespace {
+
+using namespace std::chrono_literals;
+
+// A service that lives as long as its test.
+class TestService : public service::Service {
+ public:
+  explicit TestService(int domain) {
+    dds::NodeOptions options;
+    options.name = "nbv_planner_service_test";
+    options.domain = domain;
+    node_ = dds::Node::create(options);
+  }
+  dds::Node& node() override { return *node_; }
+  const config::Node& configuration() const override { return configuration_; }
+  bool check_only() const override { return false; }
+  void waiting_for(const std::string&) override {}
+  void ready() override {}
+  void degraded(const std::string&) override {}
+  bool stopping() const override { return false; }
+  void stop() override {}
+  void wait_until_stopped() override {}
+  bool wait_until_stopped(std::chrono::milliseconds) override { return true; }
+  void add_statistics(std::function<dds::RpcStatistics()>) override {}
+
+ private:
+  std::shared_ptr<dds::Node> node_;
+  config::Node configuration_;
+};
+
+std::string text_of(const std::string& path) {
+  std::ifstream in(PERIPLUS_SOURCE_DIR + ("/" + path));
+  std::stringstream out;
+  out << in.rdbuf();
+  return out.str();
+}
+
+msg::PlanViewRequest request() {
+  msg::PlanViewRequest q;
+  q.plan_id("plan-1");
+  q.object_id("block");
+  q.revision(1);
+  q.rig(wire::to_wire(StereoRig{Pinhole::from_vertical_fov(640, 480, 25 * std::numbers::pi / 180), 0.144}));
+  q.pose_world_camera(wire::to_wire(Pose::Identity()));
+  q.height_min_m(1.0);
+  q.height_max_m(1.35);
+  q.distance_min_m(0.6);
+  q.distance_max_m(2.5);
+  q.pitch_min_rad(-0.4);
+  q.pitch_max_rad(1.0);
+  q.seed(1);
+  q.max_evaluations(300);
+  return q;
+}
+
+TEST(NbvPlannerService, AnswersAndRefuses) {
+  const dds::testing::TestDomain domain;
+  TestService service(domain.id());
+  Settings settings;
+  settings.revision_wait_s = 0.2;
+  const NbvPlannerService planner(service, settings);
+  dds::Publisher<msg::Environment> environments(service.node(), "periplus/environment", dds::qos_latest());
+  dds::Publisher<msg::ObjectGrid> objects(service.node(), "periplus/object", dds::qos_latest());
+  dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client(service.node(), "nbv/plan");
+  const auto ask = [&](msg::PlanViewRequest q, msg::PlanViewReply& r) {
+    return client.call(q, r, {.deadline = 60s, .wait_for_server = 10s});
+  };
+  const auto code = [](const dds::RpcResult& r) { return static_cast<ErrorCode>(r.error_code); };
+
+  msg::PlanViewReply reply;
+  EXPECT_EQ(code(ask(request(), reply)), ErrorCode::nbv_revision_not_here);  // nothing was published
+
+  ASSERT_TRUE(environments.publish(wire::environment_to_wire("room", "name: room\nroom: {size_m: [6, 6, 2.8]}\n",
+                                                             text_of("deploy/robots/hrp2like.yaml"),
+                                                             text_of("deploy/robots/hrp2like.urdf"))));
+  const Situation s = testing::patch_at_plus_x();
+  ASSERT_TRUE(objects.publish(wire::object_to_wire("block", *s.grid, {})));
+  dds::RpcResult result;
+  for (int i = 0; i < 50; ++i) {  // until both have arrived
+    result = ask(request(), reply);
+    if (code(result) != ErrorCode::nbv_revision_not_here) break;
+  }
+  ASSERT_TRUE(result.ok()) << result.error_message;
+  EXPECT_GT(reply.predicted_gain_voxels(), 200);
+  EXPECT_GT(reply.predicted_gain_px(), 5 * reply.predicted_gain_voxels());
+  EXPECT_FALSE(reply.landmark_term());
+  EXPECT_GT(reply.evaluations(), 100u);
+  EXPECT_LE(reply.evaluations(), 300u);
+  const Pose X_WC = wire::from_wire(reply.pose_world_camera());
+  EXPECT_GT(X_WC.translation().x(), 0.5);
+  ASSERT_FALSE(reply.terms().empty());
+  EXPECT_EQ(reply.terms()[0].name().to_string(), "N_u");
+  EXPECT_EQ(reply.terms()[0].value(), reply.predicted_gain_voxels());
+
+  msg::PlanViewReply other;
+  ASSERT_TRUE(ask(request(), other).ok());
+  EXPECT_EQ(reply.pose_world_camera(), other.pose_world_camera());  // asked twice, the same answer
+
+  msg::PlanViewRequest forbidden = request();
+  forbidden.forbidden().push_back(reply.pose_world_camera());
+  ASSERT_TRUE(ask(forbidden, other).ok());
+  const Pose X_other = wire::from_wire(other.pose_world_camera());
+  EXPECT_TRUE((X_other.translation() - X_WC.translation()).norm() > 0.1 ||
+              angle_between(X_other, X_WC) > 10 * std::numbers::pi / 180);
+
+  msg::PlanViewRequest bad = request();
+  bad.height_max_m(std::nan(""));
+  EXPECT_EQ(code(ask(bad, other)), ErrorCode::not_finite);
+  bad = request();
+  bad.object_id("no such/name");
+  EXPECT_EQ(code(ask(bad, other)), ErrorCode::bad_input);
+  bad = request();
+  bad.rig().camera().width(0);
+  EXPECT_EQ(code(ask(bad, other)), ErrorCode::bad_input);
+  bad = request();
+  bad.pose_world_camera().qw(std::nan(""));
+  EXPECT_EQ(code(ask(bad, other)), ErrorCode::not_finite);
+  bad = request();
+  bad.revision(2);
+  EXPECT_EQ(code(ask(bad, other)), ErrorCode::nbv_revision_not_here);
+  bad = request();
+  bad.height_min_m(2.78);
+  bad.height_max_m(2.79);
+  EXPECT_EQ(code(ask(bad, other)), ErrorCode::nbv_no_reachable_view);
+}
+
+}  // namespace
+}  // namespace periplus::nbv

@@ -1,0 +1,59 @@
+#include "services/nbv_planner/settings.h"
+
+#include <numbers>
+
+#include "common/core/error.h"
+
+namespace periplus::nbv {
+
+Settings read_settings(const config::Node& root) {
+  Settings s;
+  root.read("revision_wait_s", s.revision_wait_s, {0, 60});
+
+  const config::Node search = root.child("search");
+  search.read("samples", s.search.samples, {1, 100000});
+  search.read("detailed", s.search.detailed, {1, 100000});
+  search.read("starts", s.search.starts, {1, 1000});
+  search.read("first_stage_runs", s.search.first_stage_runs, {1, 100});
+  search.read("finalists", s.search.finalists, {1, 100});
+  search.read("second_stage_runs", s.search.second_stage_runs, {1, 100});
+  search.read("run_evaluations", s.search.run_evaluations, {13, 10000});
+  search.read("max_evaluations", s.search.max_evaluations, {8, 1000000});
+  search.read("trust_region_per_m", s.search.trust_region, {0.1, 1000});
+  search.read("end_m", s.search.end, {1e-6, 0.1});
+  search.read("threads", s.search.threads, {1, 64});
+
+  const config::Node evaluation = root.child("evaluation");
+  EvaluationSettings& e = s.evaluation;
+  evaluation.read("interval_exponent", e.interval_exponent, {2, 20});
+  require(e.interval_exponent % 2 == 0, ErrorCode::bad_input,
+          evaluation.where() + ": interval_exponent must be even, so that both bounds are bounds");
+  evaluation.read("distance_slope_per_m", e.distance_slope, {0, 1000});
+  evaluation.read("landmarks", e.landmarks);
+  evaluation.read("least_landmarks", e.least_landmarks, {1, 1000});
+  evaluation.read("landmark_reward", e.landmark_reward, {0, 1000});
+  evaluation.read("landmark_slope", e.landmark_slope, {0, 1000});
+  evaluation.read("landmark_cosine", e.landmark_cosine, {-1, 1});
+  evaluation.read("forbidden_slope", e.forbidden_slope, {0, 1000});
+  evaluation.read("lambda_distance", e.lambda_distance, {0, 1e9});
+  evaluation.read("lambda_landmarks", e.lambda_landmarks, {0, 1e9});
+  evaluation.read("lambda_forbidden", e.lambda_forbidden, {0, 1e9});
+  evaluation.read("more_than_pixels", e.pair.more_than_pixels, {0, 100000});
+  evaluation.read("pair_depth_min_m", e.pair.depth_min, {0, 100});
+  evaluation.read("pair_depth_max_m", e.pair.depth_max, {0.01, 100});
+  require(e.pair.depth_min < e.pair.depth_max, ErrorCode::bad_input,
+          evaluation.where() + ": pair_depth_min_m must be less than pair_depth_max_m");
+
+  const config::Node constraints = root.child("constraints");
+  ConstraintSettings& c = s.constraints;
+  constraints.read("head_radius_m", c.head_radius, {0.01, 1});
+  constraints.read("base_behind_eyes_m", c.base_behind_eyes, {-1, 1});
+  constraints.read("body_shrink_m", c.body_shrink, {0, 1});
+  constraints.read("forbidden_distance_m", c.forbidden_distance, {0, 10});
+  double degrees = c.forbidden_angle * 180 / std::numbers::pi;
+  if (constraints.read("forbidden_angle_deg", degrees, {0, 180})) c.forbidden_angle = degrees * std::numbers::pi / 180;
+  root.finish();
+  return s;
+}
+
+}  // namespace periplus::nbv

@@ -1,0 +1,20 @@
+// The planner's parameters as its YAML gives them (config/default.yaml documents each).
+#pragma once
+
+#include "common/core/config.h"
+#include "services/nbv_planner/evaluation.h"
+#include "services/nbv_planner/view_search.h"
+
+namespace periplus::nbv {
+
+struct Settings {
+  SearchSettings search;
+  EvaluationSettings evaluation;
+  ConstraintSettings constraints;
+  double revision_wait_s = 2;  // for a revision of the object that has not arrived
+};
+
+// Throws Error(bad_input) naming file, line and key.
+Settings read_settings(const config::Node& root);
+
+}  // namespace periplus::nbv

@@ -1,0 +1,40 @@
+#include "services/nbv_planner/settings.h"
+
+#include <gtest/gtest.h>
+
+#include "common/core/error.h"
+
+namespace periplus::nbv {
+namespace {
+
+TEST(Settings, ShippedConfigurationIsTheDefault) {
+  const Settings s = read_settings(config::load_file(PERIPLUS_SOURCE_DIR "/services/nbv_planner/config/default.yaml"));
+  const Settings d;
+  EXPECT_EQ(s.search.samples, d.search.samples);
+  EXPECT_EQ(s.search.detailed, d.search.detailed);
+  EXPECT_EQ(s.search.starts, d.search.starts);
+  EXPECT_EQ(s.search.run_evaluations, d.search.run_evaluations);
+  EXPECT_EQ(s.search.max_evaluations, d.search.max_evaluations);
+  EXPECT_EQ(s.search.trust_region, d.search.trust_region);
+  EXPECT_EQ(s.evaluation.interval_exponent, 6);
+  EXPECT_EQ(s.evaluation.distance_slope, 20);
+  EXPECT_EQ(s.evaluation.least_landmarks, 5);
+  EXPECT_EQ(s.evaluation.lambda_distance, 100);
+  EXPECT_EQ(s.evaluation.lambda_landmarks, 1);
+  EXPECT_EQ(s.evaluation.lambda_forbidden, 1000);
+  EXPECT_EQ(s.evaluation.pair.more_than_pixels, 5);
+  EXPECT_NEAR(s.constraints.forbidden_angle, d.constraints.forbidden_angle, 1e-12);
+  EXPECT_EQ(s.constraints.head_radius, d.constraints.head_radius);
+}
+
+TEST(Settings, BadOnesAreRefused) {
+  const auto read = [](const char* yaml) { return read_settings(config::parse(yaml, "test.yaml")); };
+  EXPECT_EQ(read("search: {starts: 3}").search.starts, 3);
+  EXPECT_THROW(read("search: {start: 3}"), Error);
+  EXPECT_THROW(read("search: {starts: 0}"), Error);
+  EXPECT_THROW(read("evaluation: {interval_exponent: 5}"), Error);
+  EXPECT_THROW(read("evaluation: {pair_depth_min_m: 3}"), Error);
+}
+
+}  // namespace
+}  // namespace periplus::nbv

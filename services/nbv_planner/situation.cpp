@@ -1,0 +1,33 @@
+#include "services/nbv_planner/situation.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "common/core/error.h"
+
+namespace periplus::nbv {
+
+void check(const Situation& s) {
+  require(s.grid != nullptr, ErrorCode::bad_input, "planning a view needs the object's grid");
+  require(s.collision != nullptr, ErrorCode::bad_input, "planning a view needs the scene's collision world");
+  s.grid->geometry().check();
+  s.rig.check();
+  const robot::ViewLimits& l = s.limits;
+  for (double v : {l.height_min, l.height_max, l.pitch_min, l.pitch_max, l.roll_max, l.distance_min, l.distance_max}) {
+    require(std::isfinite(v), ErrorCode::not_finite, "a view limit is not a finite number; give all limits as numbers");
+  }
+  require(0 <= l.height_min && l.height_min < l.height_max && l.height_max <= 10, ErrorCode::bad_input,
+          "the height limits must satisfy 0 <= minimum < maximum <= 10 m");
+  require(-std::numbers::pi / 2 <= l.pitch_min && l.pitch_min < l.pitch_max && l.pitch_max <= std::numbers::pi / 2,
+          ErrorCode::bad_input, "the pitch limits must satisfy -pi/2 <= minimum < maximum <= pi/2");
+  require(0 <= l.roll_max && l.roll_max <= std::numbers::pi, ErrorCode::bad_input, "the greatest roll must lie in 0..pi");
+  require(0 <= l.distance_min && l.distance_min < l.distance_max && l.distance_max <= 100, ErrorCode::bad_input,
+          "the distance limits must satisfy 0 <= minimum < maximum <= 100 m");
+  require((s.body.lower.array() < s.body.upper.array()).all(), ErrorCode::bad_input,
+          "the robot's body box must have lower < upper along each axis");
+  for (const Pose& X : s.forbidden) {
+    require(is_finite(X), ErrorCode::not_finite, "a forbidden pose has a number that is not finite; leave that pose out");
+  }
+}
+
+}  // namespace periplus::nbv

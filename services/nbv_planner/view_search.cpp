@@ -1,0 +1,314 @@
+#include "services/nbv_planner/view_search.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <thread>
+
+#include "common/core/error.h"
+#include "common/core/random.h"
+#include "services/nbv_planner/local_search.h"
+#include "services/nbv_planner/orientation.h"
+
+namespace periplus::nbv {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kDrawsPerSample = 200;
+constexpr double kFarthestDraw = 2.3;   // from the face or the box [m]
+constexpr double kInnerHeights = 0.75;  // of the height range: nearer to its bounds Kz costs more than is to be won
+constexpr double kWorthwhile = 0.5;     // a run that improves f_e by less was the last
+
+struct Candidate {
+  Pose X_WC = Pose::Identity();
+  Evaluation evaluation;
+};
+
+double position_distance(const Pose& a, const Pose& b) { return (a.translation() - b.translation()).norm(); }
+
+class Search {
+ public:
+  Search(const Situation& situation, std::uint64_t seed, const SearchSettings& settings, const Evaluator& evaluator,
+         const std::function<void(double)>& poll)
+      : s_(situation), seed_(seed), settings_(settings), evaluator_(evaluator), poll_(poll) {
+    workspaces_.resize(std::clamp(settings.threads, 1, 64));
+  }
+
+  PlannedView run();
+
+ private:
+  // Task i goes to thread i mod n; what a task does depends on i alone, so the results do not depend on n.
+  void parallel(int count, const std::function<void(int, Evaluator::Workspace&)>& task) {
+    const int n = std::min<int>(static_cast<int>(workspaces_.size()), std::max(count, 1));
+    std::vector<std::exception_ptr> errors(n);
+    const auto work = [&](int thread) {
+      try {
+        for (int i = thread; i < count; i += n) task(i, workspaces_[thread]);
+      } catch (...) {
+        errors[thread] = std::current_exception();
+      }
+    };
+    std::vector<std::jthread> others;
+    for (int t = 1; t < n; ++t) others.emplace_back(work, t);
+    work(0);
+    others.clear();
+    for (const auto& e : errors) {
+      if (e) std::rethrow_exception(e);
+    }
+  }
+
+  void progress(double share) const {
+    if (poll_) poll_(share);
+  }
+  void finish_stage(const char* name) {
+    const auto now = std::chrono::steady_clock::now();
+    result_.seconds.emplace_back(name, std::chrono::duration<double>(now - stage_start_).count());
+    stage_start_ = now;
+  }
+
+  double f(const Evaluation& e) const { return evaluator_.score(e, gain_scale_); }
+  // Feasible and with gain before feasible without, then by f_e.
+  bool better(const Candidate& a, const Candidate& b) const {
+    const bool gain_a = a.evaluation.gain.voxels > 0, gain_b = b.evaluation.gain.voxels > 0;
+    if (gain_a != gain_b) return gain_a;
+    return f(a.evaluation) < f(b.evaluation);
+  }
+  void offer(const Candidate& c, std::optional<Candidate>& best) const {
+    if (c.evaluation.violation != Violation::none) return;
+    if (!best || better(c, *best)) best = c;
+  }
+
+  std::optional<Eigen::Vector3d> draw_place(int i, Random& random) const;
+  std::vector<Sample> look_around_places(int count);
+  std::vector<Candidate> evaluate_samples(const std::vector<Sample>& samples, int count);
+  // The first `count` of `sorted`, at least `apart` from each other [m].
+  static std::vector<Candidate> spread(const std::vector<Candidate>& sorted, int count, double apart);
+  // Runs of BOBYQA from `start`, at most `budget` evaluations; `best` takes the feasible.
+  Candidate refine(const Candidate& start, int runs, int budget, Evaluator::Workspace& workspace,
+                   std::optional<Candidate>& best, int& evaluations) const;
+  std::vector<Candidate> stage(const std::vector<Candidate>& starts, int runs, int budget_each);
+
+  const Situation& s_;
+  std::uint64_t seed_;
+  SearchSettings settings_;
+  const Evaluator& evaluator_;
+  const std::function<void(double)>& poll_;
+  std::vector<Evaluator::Workspace> workspaces_;
+  std::vector<voxel::VisibilityScene::Face> faces_;
+  double gain_scale_ = 1;
+  std::optional<Candidate> best_;
+  PlannedView result_;
+  std::chrono::steady_clock::time_point stage_start_ = std::chrono::steady_clock::now();
+};
+
+std::optional<Eigen::Vector3d> Search::draw_place(int i, Random& random) const {
+  const voxel::GridGeometry& g = evaluator_.visibility().geometry();
+  const Eigen::Vector3d half = g.size.cast<double>() * g.voxel_size / 2;
+  const Eigen::Vector3d middle = g.X_WG * half;
+  const robot::ViewLimits& l = s_.limits;
+  const double farthest = std::max(l.distance_min, std::min(l.distance_max, kFarthestDraw));
+  const double height = (l.height_min + l.height_max) / 2, reach = (l.height_max - l.height_min) / 2 * kInnerHeights;
+  for (int draw = 0; draw < kDrawsPerSample; ++draw) {
+    // Many of the best views lie at the bounds of the height: draw wider and clamp.
+    const double z = height + std::clamp(random.uniform(-1.6, 1.6), -1.0, 1.0) * reach;
+    const double angle = random.uniform(-kPi, kPi);
+    // Uniform in the distance: the density over the floor falls with it (thesis 3.3.2).
+    const double distance = random.uniform(l.distance_min, farthest);
+    Eigen::Vector3d from = middle;
+    Eigen::Vector3d p;
+    if (!faces_.empty() && i % 4 != 3) {
+      const auto& face = faces_[random.below(faces_.size())];
+      from = g.center_world(evaluator_.visibility().voxel(face.voxel));
+      p = {from.x() + distance * std::cos(angle), from.y() + distance * std::sin(angle), z};
+      const double sign = face.direction % 2 == 0 ? -1 : 1;
+      if (sign * g.X_WG.linear().col(face.direction / 2).dot(p - from) < 0.15 * distance) continue;
+    } else {
+      const double radius = distance + std::hypot(half.x(), half.y()) * random.uniform();
+      p = {middle.x() + radius * std::cos(angle), middle.y() + radius * std::sin(angle), z};
+    }
+    const double yaw = std::atan2(from.y() - p.y(), from.x() - p.x());
+    if (evaluator_.constraints().check_position(p, yaw) == Violation::none) return p;
+  }
+  return std::nullopt;
+}
+
+std::vector<Sample> Search::look_around_places(int count) {
+  std::vector<std::optional<Sample>> drawn(count);
+  parallel(count, [&](int i, Evaluator::Workspace& w) {
+    Random random(seed_ + 0x632be59bd9b4e019ULL * static_cast<std::uint64_t>(i + 1));
+    const auto p = draw_place(i, random);
+    if (!p) return;
+    const Sample sample = look_around(evaluator_, *p, w.visibility);
+    if (evaluator_.constraints().check(sample.X_WC) == Violation::none) drawn[i] = sample;
+  });
+  std::vector<Sample> samples;
+  for (const auto& d : drawn) {
+    if (d) samples.push_back(*d);
+  }
+  result_.evaluations += count;
+  return samples;
+}
+
+std::vector<Candidate> Search::evaluate_samples(const std::vector<Sample>& samples, int count) {
+  // What the list of visible voxels promises, with the penalties that need no rendering.
+  int most = 1;
+  for (const Sample& sample : samples) most = std::max(most, sample.voxels);
+  std::vector<std::pair<double, int>> order;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double z = samples[i].X_WC.translation().z(), pitch = camera_yaw_pitch_roll(samples[i].X_WC).y();
+    const robot::ViewLimits& l = s_.limits;
+    const auto share = [&](double v, double low, double high) {
+      return std::pow((2 * v - low - high) / (high - low), evaluator_.settings().interval_exponent);
+    };
+    double promise = samples[i].voxels - most * (share(z, l.height_min, l.height_max) + share(pitch, l.pitch_min, l.pitch_max));
+    if (evaluator_.landmark_term()) {
+      promise -= evaluator_.settings().lambda_landmarks * evaluator_.landmark_penalty(samples[i].landmarks);
+    }
+    order.emplace_back(-promise, static_cast<int>(i));
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<Candidate> chosen;
+  for (const auto& [promise, i] : order) {
+    const Pose& X = samples[i].X_WC;
+    const bool close = std::any_of(chosen.begin(), chosen.end(), [&](const Candidate& c) {
+      return position_distance(c.X_WC, X) < 0.08 && angle_between(c.X_WC, X) < 0.1;
+    });
+    if (!close) chosen.push_back({X, {}});
+    if (static_cast<int>(chosen.size()) >= count) break;
+  }
+  parallel(static_cast<int>(chosen.size()),
+           [&](int i, Evaluator::Workspace& w) { chosen[i].evaluation = evaluator_.evaluate(chosen[i].X_WC, w); });
+  result_.evaluations += static_cast<int>(chosen.size());
+  return chosen;
+}
+
+std::vector<Candidate> Search::spread(const std::vector<Candidate>& sorted, int count, double apart) {
+  std::vector<Candidate> chosen;
+  for (const Candidate& c : sorted) {
+    if (static_cast<int>(chosen.size()) >= count) break;
+    const bool close = std::any_of(chosen.begin(), chosen.end(),
+                                   [&](const Candidate& o) { return position_distance(o.X_WC, c.X_WC) < apart; });
+    if (!close) chosen.push_back(c);
+  }
+  return chosen;
+}
+
+Candidate Search::refine(const Candidate& start, int runs, int budget, Evaluator::Workspace& workspace,
+                         std::optional<Candidate>& best, int& evaluations) const {
+  const robot::ViewLimits& l = s_.limits;
+  const double voxel = evaluator_.visibility().geometry().voxel_size;
+  Candidate at = start;
+  for (int run = 0; run < runs && budget > 0; ++run) {
+    const Pose X_start = at.X_WC;
+    const double nearest = evaluator_.constraints().nearest_voxel(X_start.translation());
+    const double distance = std::isfinite(nearest) ? std::clamp(nearest, 0.3, 3.0) : 1.0;
+    const double region = std::clamp(settings_.trust_region * voxel * distance, 5 * settings_.end, 0.4);
+    // Yaw and pitch are those towards a point at the object's distance on the axis, plus the variables: moving the
+    // camera then turns it around the object, and the variables' effects hardly mix.
+    const Eigen::Vector3d focus = X_start * Eigen::Vector3d(0, 0, distance + 0.1);
+    const auto pose_of = [&](const std::vector<double>& x) {
+      const Eigen::Vector3d p = X_start.translation() + Eigen::Vector3d(x[0], x[1], x[2]);
+      const Eigen::Vector3d d = focus - p;
+      const double pitch = std::atan2(-d.z(), std::hypot(d.x(), d.y())) + x[4] / distance;
+      return look_along(p, std::atan2(d.y(), d.x()) + x[3] / distance, std::clamp(pitch, l.pitch_min, l.pitch_max));
+    };
+    const double before = f(at.evaluation);
+    const auto value = [&](const std::vector<double>& x) {
+      Candidate c{pose_of(x), {}};
+      c.evaluation = evaluator_.evaluate(c.X_WC, workspace);
+      offer(c, best);
+      const double score = f(c.evaluation);
+      if (score < f(at.evaluation)) at = c;
+      return score;
+    };
+    const double z = X_start.translation().z();
+    LocalSearchOptions options;
+    options.step = {region, region, region / 2, region, region};
+    options.lower = {-2, -2, l.height_min - z, -1, -1};
+    options.upper = {2, 2, l.height_max - z, 1, 1};
+    options.end = settings_.end;
+    options.max_evaluations = std::min(settings_.run_evaluations, budget);
+    const LocalSearchResult found = minimize(value, {0, 0, 0, 0, 0}, options);
+    budget -= found.evaluations;
+    evaluations += found.evaluations;
+    if (before - f(at.evaluation) < kWorthwhile) break;
+  }
+  return at;
+}
+
+std::vector<Candidate> Search::stage(const std::vector<Candidate>& starts, int runs, int budget_each) {
+  std::vector<Candidate> ends(starts.size());
+  std::vector<std::optional<Candidate>> best(starts.size());
+  std::vector<int> evaluations(starts.size(), 0);
+  parallel(static_cast<int>(starts.size()), [&](int i, Evaluator::Workspace& w) {
+    ends[i] = refine(starts[i], runs, budget_each, w, best[i], evaluations[i]);
+  });
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    if (best[i]) offer(*best[i], best_);
+    result_.evaluations += evaluations[i];
+  }
+  std::stable_sort(ends.begin(), ends.end(),
+                   [&](const Candidate& a, const Candidate& b) { return f(a.evaluation) < f(b.evaluation); });
+  return ends;
+}
+
+PlannedView Search::run() {
+  const std::size_t faces = evaluator_.visibility().unknown_face_count();
+  faces_ = evaluator_.visibility().unknown_faces(std::max<std::size_t>(1, faces / 4096));
+  const int budget = std::max(settings_.max_evaluations, 8);
+  const int sample_count = std::clamp(settings_.samples, 1, std::max(4, budget / 3));
+  std::vector<Sample> samples = look_around_places(sample_count);
+  if (samples.empty()) {
+    throw_error(ErrorCode::nbv_no_reachable_view,
+                "no place around the object satisfies the view's constraints: check the height, pitch and distance "
+                "limits, the obstacles around the object, and the forbidden poses (" +
+                    std::to_string(s_.forbidden.size()) + ")");
+  }
+  finish_stage("sampling");
+  progress(0.3);
+
+  std::vector<Candidate> candidates =
+      evaluate_samples(samples, std::clamp(settings_.detailed, 1, std::max(2, budget / 8)));
+  for (const Candidate& c : candidates) gain_scale_ = std::max(gain_scale_, double(c.evaluation.gain.voxels));
+  for (const Candidate& c : candidates) offer(c, best_);
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [&](const Candidate& a, const Candidate& b) { return f(a.evaluation) < f(b.evaluation); });
+  finish_stage("detail");
+  progress(0.4);
+
+  if (faces > 0) {
+    const int left = budget - result_.evaluations;
+    const auto starts = spread(candidates, std::max(1, settings_.starts), 0.15);
+    auto ends = stage(starts, settings_.first_stage_runs, left * 2 / 3 / static_cast<int>(starts.size()));
+    finish_stage("first stage");
+    progress(0.8);
+    const auto finalists = spread(ends, std::max(1, settings_.finalists), 0.05);
+    stage(finalists, settings_.second_stage_runs, (budget - result_.evaluations) / static_cast<int>(finalists.size()));
+    finish_stage("second stage");
+  }
+  // Every candidate was checked when it was evaluated; this is the last word before the robot goes there.
+  PERIPLUS_ASSERT(best_.has_value() && evaluator_.constraints().check(best_->X_WC) == Violation::none);
+  progress(1);
+  result_.X_WC = best_->X_WC;
+  result_.evaluation = best_->evaluation;
+  result_.f_e = f(best_->evaluation);
+  result_.gain_scale = gain_scale_;
+  result_.landmark_term = evaluator_.landmark_term();
+  return result_;
+}
+
+}  // namespace
+
+PlannedView plan_view(const Situation& situation, std::uint64_t seed, const SearchSettings& search,
+                      const EvaluationSettings& evaluation, const ConstraintSettings& constraints,
+                      const std::function<void(double)>& poll) {
+  const Evaluator evaluator(situation, evaluation, constraints);
+  return Search(situation, seed, search, evaluator, poll).run();
+}
+
+}  // namespace periplus::nbv

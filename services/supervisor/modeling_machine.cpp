@@ -1,0 +1,41 @@
+#include "services/supervisor/modeling_machine.h"
+
+#include <algorithm>
+
+namespace periplus::supervisor {
+
+MachineResult run_machine(Actions& actions, const std::function<void(State, const std::string&)>& entered) {
+  State state = State::prepare;
+  std::string cause = "run started";
+  for (;;) {
+    entered(state, cause);
+    if (is_end(state)) return {state, cause};
+    Outcome outcome;
+    if (actions.abort_requested() && state != State::halt)
+      outcome = {Trigger::abort, "aborted by the user"};
+    else
+      outcome = actions.perform(state);
+    const State next = next_state(state, outcome.trigger);
+    // A way out keeps the cause that led into it: "posture not reached: ...", not "standing".
+    if (state != State::return_half_sitting && state != State::halt) {
+      cause = outcome.cause;
+      for (const Transition& t : transitions())
+        if (cause.empty() && (t.from == state || t.from == State::modeling) && t.trigger == outcome.trigger) cause = t.why;
+    }
+    state = next;
+  }
+}
+
+Trigger StopRule::judge(int look, double gain_voxels) {
+  if (!promises_.empty() && promises_.back().first == look) promises_.pop_back();
+  promises_.emplace_back(look, gain_voxels);
+  if (gain_voxels < settings_.least_gain_voxels) return Trigger::gain_small;
+  if (promises_.size() >= 3) {
+    const auto last = promises_.end() - 3;
+    const auto [low, high] = std::minmax({last[0].second, last[1].second, last[2].second});
+    if (high - low < settings_.variation_voxels) return Trigger::converged;
+  }
+  return Trigger::done;
+}
+
+}  // namespace periplus::supervisor

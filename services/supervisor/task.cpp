@@ -1,0 +1,129 @@
+#include "services/supervisor/task.h"
+
+#include <filesystem>
+#include <set>
+#include <sstream>
+
+#include "common/core/config.h"
+#include "common/core/error.h"
+
+namespace periplus::supervisor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::set<std::string>& services() {
+  static const std::set<std::string> names = {"default",           "vision_server", "model_server",      "nbv_planner", "posture_generator",
+                                              "walk_planner", "motion_controller", "supervisor",  "simulator"};
+  return names;
+}
+
+bool is_name(const std::string& text, std::size_t longest) {
+  if (text.empty() || text.size() > longest || text[0] == '.') return false;
+  for (const char c : text)
+    if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-')) return false;
+  return true;
+}
+
+std::string resolve(const std::string& path, const std::string& folder, const std::string& where) {
+  if (fs::path(path).is_absolute()) {
+    require(fs::is_regular_file(path), ErrorCode::bad_input, where + ": there is no file " + path);
+    return path;
+  }
+  for (fs::path base = fs::absolute(folder);; base = base.parent_path()) {
+    const fs::path candidate = base / path;
+    if (fs::is_regular_file(candidate)) return fs::weakly_canonical(candidate).string();
+    if (base == base.root_path()) break;
+  }
+  throw_error(ErrorCode::bad_input,
+              where + ": there is no file " + path + " in " + folder + " or any folder above it; give a path that exists");
+}
+
+std::string number(double v) {
+  std::ostringstream s;
+  s.precision(17);
+  s << v;
+  return s.str();
+}
+
+std::string vector(const Eigen::Vector3d& v) { return "[" + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + "]"; }
+
+}  // namespace
+
+std::string Task::vendor(const std::string& service) const {
+  if (const auto it = dds.find(service); it != dds.end()) return it->second;
+  if (const auto it = dds.find("default"); it != dds.end()) return it->second;
+  return "";
+}
+
+Task parse_task(std::string_view yaml, std::string_view name, const std::string& folder) { return read_task(config::parse(yaml, name), folder); }
+
+Task read_task(const config::Node& root, const std::string& folder) {
+  Task t;
+  int schema = 0;
+  root.read("schema", schema);
+  require(schema == 1, ErrorCode::bad_input, root.where() + ": schema must be 1, the only one there is; write `schema: 1`");
+  t.name = root.get<std::string>("name");
+  require(is_name(t.name, 40), ErrorCode::bad_input, root.where() + ": name must be 1 to 40 of the characters A-Z a-z 0-9 _ . -");
+  t.robot = resolve(root.get<std::string>("robot"), folder, root.where() + ": robot");
+  t.scene = resolve(root.get<std::string>("scene"), folder, root.where() + ": scene");
+
+  const config::Node object = root.child("object");
+  t.object_id = object.get<std::string>("id");
+  require(is_name(t.object_id, 64), ErrorCode::bad_input, object.where() + ": id must be 1 to 64 of the characters A-Z a-z 0-9 _ . -");
+  const auto center = object.get<Eigen::Vector3d>("box_center_m");
+  t.box.size = object.get<Eigen::Vector3d>("box_size_m");
+  require((t.box.size.array() > 0).all() && (t.box.size.array() <= 20).all(), ErrorCode::bad_input,
+          object.where() + ": box_size_m needs three lengths in (0, 20]");
+  double yaw = 0;
+  object.read("box_yaw_rad", yaw);
+  t.box.X_WB = make_pose(center, rotation_from_yaw_pitch_roll(yaw, 0, 0));
+
+  root.read("voxel_m", t.voxel_m, {.minimum = 0.001, .maximum = 1.0});
+  require((t.box.size.array() / t.voxel_m <= 512).all(), ErrorCode::bad_input,
+          root.where() + ": the box has more than 512 voxels along a side; make voxel_m larger or the box smaller");
+  const config::Node stop = root.child("stop");
+  stop.read("least_gain_voxels", t.stop.least_gain_voxels, {.minimum = 0});
+  stop.read("variation_voxels", t.stop.variation_voxels, {.minimum = 0});
+  stop.read("most_looks", t.stop.most_looks, {.minimum = 1, .maximum = 99});
+  stop.read("most_time_s", t.stop.most_time_s, {.minimum = 1, .maximum = 86400});
+  root.read("seed", t.seed);
+  root.read_choice("motion_mode", t.motion_mode, {"ideal"});
+  root.read("truth", t.truth);
+  root.read("most_forbidden", t.most_forbidden, {.minimum = 1, .maximum = 100});
+  const config::Node dds = root.child("dds");
+  for (const std::string& service : dds.keys()) {
+    require(services().count(service) > 0, ErrorCode::bad_input, dds.where() + ": there is no service " + service);
+    dds.read_choice(service, t.dds[service], {"fastdds", "cyclonedds"});
+  }
+  root.read("output", t.output);
+  object.finish();
+  stop.finish();
+  root.finish();
+  return t;
+}
+
+Task load_task(const std::string& path) {
+  return read_task(config::load_file(path), fs::absolute(path).parent_path().string());
+}
+
+std::string Task::yaml() const {
+  const Eigen::Vector3d ypr = yaw_pitch_roll(box.X_WB.linear());
+  std::string s = "schema: 1\n";
+  s += "name: " + name + "\nrobot: " + robot + "\nscene: " + scene + "\n";
+  s += "object:\n  id: " + object_id + "\n  box_center_m: " + vector(box.X_WB.translation()) + "\n  box_size_m: " + vector(box.size) +
+       "\n  box_yaw_rad: " + number(ypr[0]) + "\n";
+  s += "voxel_m: " + number(voxel_m) + "\n";
+  s += "stop:\n  least_gain_voxels: " + number(stop.least_gain_voxels) + "\n  variation_voxels: " + number(stop.variation_voxels) +
+       "\n  most_looks: " + std::to_string(stop.most_looks) + "\n  most_time_s: " + number(stop.most_time_s) + "\n";
+  s += "seed: " + std::to_string(seed) + "\nmotion_mode: " + motion_mode + "\ntruth: " + (truth ? "true" : "false") +
+       "\nmost_forbidden: " + std::to_string(most_forbidden) + "\n";
+  if (!dds.empty()) {
+    s += "dds:\n";
+    for (const auto& [service, vendor_name] : dds) s += "  " + service + ": " + vendor_name + "\n";
+  }
+  return s + "output: " + output + "\n";
+}
+
+}  // namespace periplus::supervisor

@@ -1,0 +1,59 @@
+#include "services/supervisor/task.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/core/error.h"
+
+namespace periplus::supervisor {
+namespace {
+
+class TaskFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(testing::TempDir()) / "periplus_task_test";
+    std::filesystem::create_directories(folder_ / "tasks");
+    std::ofstream(folder_ / "robot.yaml") << "a: 1\n";
+    std::ofstream(folder_ / "scene.yaml") << "a: 1\n";
+  }
+  Task parse(const std::string& extra) {
+    return parse_task("schema: 1\nname: t\nrobot: robot.yaml\nscene: scene.yaml\n" + extra, "t.yaml", (folder_ / "tasks").string());
+  }
+  std::string object_ = "object: {id: o, box_center_m: [1, 2, 0.5], box_size_m: [0.5, 0.6, 0.7], box_yaw_rad: 0.3}\n";
+  std::filesystem::path folder_;
+};
+
+TEST_F(TaskFile, FindsFilesInFoldersAboveAndReadsBackWhatItWrites) {
+  const Task t = parse(object_ + "stop: {most_looks: 5}\nseed: 7\ndds: {default: fastdds, simulator: cyclonedds}\n");
+  EXPECT_EQ(t.robot, std::filesystem::weakly_canonical(folder_ / "robot.yaml").string());
+  EXPECT_EQ(t.stop.most_looks, 5);
+  EXPECT_EQ(t.vendor("simulator"), "cyclonedds");
+  EXPECT_EQ(t.vendor("walk_planner"), "fastdds");
+  const Task u = parse_task(t.yaml(), "resolved", "/");
+  EXPECT_EQ(u.yaml(), t.yaml());
+  EXPECT_TRUE(u.box.X_WB.isApprox(t.box.X_WB, 1e-12));
+}
+
+TEST_F(TaskFile, BadInputNamesTheKeyAndWhatToDo) {
+  const auto message = [&](const std::string& extra) -> std::string {
+    try {
+      parse(extra);
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::bad_input);
+      return e.what();
+    }
+    return "accepted";
+  };
+  EXPECT_NE(message(object_ + "voxel_mm: 3\n").find("voxel_m"), std::string::npos);
+  EXPECT_NE(message(object_ + "stop: {most_look: 3}\n").find("most_looks"), std::string::npos);
+  EXPECT_NE(message("object: {id: o, box_center_m: [1, 2, .nan], box_size_m: [1, 1, 1]}\n").find("box_center_m"), std::string::npos);
+  EXPECT_NE(message("object: {id: a/b, box_center_m: [1, 2, 0], box_size_m: [1, 1, 1]}\n").find("id"), std::string::npos);
+  EXPECT_NE(message(object_ + "voxel_m: 0.001\n").find("512"), std::string::npos);
+  EXPECT_NE(message(object_ + "dds: {simulator: opendds}\n").find("fastdds"), std::string::npos);
+  EXPECT_NE(message("seed: 1\n").find("id"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace periplus::supervisor

@@ -1,0 +1,89 @@
+// What the cameras and the robot delivered for one view, and its gathering from separate messages by their stamp.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/geometry/calibration.h"
+#include "common/geometry/image.h"
+#include "common/geometry/pose.h"
+
+namespace periplus::vision {
+
+// Joint positions [rad] by name.
+using JointPositions = std::vector<std::pair<std::string, double>>;
+
+struct CapturedView {
+  std::int64_t stamp_ns = 0;
+  ImageU8 left, right;                                   // raw, rgb or grey
+  CameraCalibration left_calibration, right_calibration;
+  JointPositions joints;
+  Pose X_WB = Pose::Identity();                          // base link as the robot reports it
+};
+
+// Thread-safe. Each part keeps its last few readings; a view is complete when every part has one of its stamp.
+class ViewCollector {
+ public:
+  enum class Part { left, right, left_calibration, right_calibration, joints, base_pose };
+
+  // `tolerance`: how far a part's stamp may be from the view's [ns]; 0 asks for the same.
+  explicit ViewCollector(std::int64_t tolerance_ns) : tolerance_ns_(tolerance_ns) {}
+
+  void add_image(Part eye, std::int64_t stamp_ns, ImageU8 image);
+  void add_calibration(Part eye, std::int64_t stamp_ns, CameraCalibration calibration);
+  void add_joints(std::int64_t stamp_ns, JointPositions joints);
+  void add_base_pose(std::int64_t stamp_ns, const Pose& X_WB);
+  // Something came that could not be used; its reason goes into the error if the view stays incomplete.
+  void add_fault(const std::string& why);
+
+  // Waits until the view of this stamp is complete; nothing if it is not in time.
+  std::optional<CapturedView> wait(std::int64_t stamp_ns, std::chrono::milliseconds timeout);
+  // Names of what is missing for that stamp: "right image, base pose".
+  std::string missing(std::int64_t stamp_ns) const;
+  // The last fault since clear_faults(); empty if none.
+  std::string fault() const;
+  void clear_faults();
+
+ private:
+  template <class T>
+  struct Track {
+    std::deque<std::pair<std::int64_t, T>> readings;
+    void add(std::int64_t stamp, T value);
+    const T* find(std::int64_t stamp, std::int64_t tolerance) const;  // the nearest one; nullptr if none is near enough
+  };
+  std::vector<std::string> missing_parts(std::int64_t stamp_ns) const;
+
+  const std::int64_t tolerance_ns_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  Track<ImageU8> left_, right_;
+  Track<CameraCalibration> left_calibration_, right_calibration_;
+  Track<JointPositions> joints_;
+  Track<Pose> base_pose_;
+  std::string fault_;
+};
+
+// The last views by their id. Thread-safe.
+class ViewStore {
+ public:
+  explicit ViewStore(std::size_t capacity) : capacity_(capacity) {}
+  void put(const std::string& view_id, CapturedView view);
+  std::shared_ptr<const CapturedView> find(const std::string& view_id) const;  // nullptr if unknown
+
+ private:
+  const std::size_t capacity_;
+  mutable std::mutex mutex_;
+  std::deque<std::string> order_;
+  std::map<std::string, std::shared_ptr<const CapturedView>> views_;
+};
+
+}  // namespace periplus::vision

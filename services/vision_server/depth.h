@@ -1,0 +1,31 @@
+// From disparity to depth that may be trusted: uncertainty, the least depth within a pixel's footprint (the conservative
+// depth map that carving asks for, thesis 4.2.1.2), and no flying pixels.
+#pragma once
+
+#include "common/geometry/camera.h"
+#include "common/geometry/image.h"
+#include "common/object_model/perception.h"
+
+namespace periplus::vision {
+
+struct DepthSettings {
+  double disparity_sigma_px = 0.25;  // standard deviation of a matched disparity
+  double footprint_m = 0.003;        // side of the square, at the object's distance, whose least depth may carve
+  int flying_window_px = 5;          // a surface is dropped where the disparity within this window ...
+  double flying_range_px = 3;        // ... ranges over more than this
+  void check() const;                // throws Error(bad_input)
+};
+
+// Of one eye: `disparity` [px], 0 where there is none; `X_WC` that eye's pose. `object_distance` [m] turns the footprint
+// into pixels (3 to 31, odd).
+//   depth          z = f B / d; 0 without a match and on flying pixels, which lie on no surface
+//   depth_minimum  least z of the matched pixels in the footprint; 0 without a match. Flying pixels have it: behind
+//                  their nearest neighbour nothing is claimed, in front of it space is free.
+//   depth_sigma    z^2 sigma_d / (f B), wherever depth is
+object_model::DepthMap make_depth(const ImageF& disparity, const StereoRig& rig, const Pose& X_WC,
+                                  const DepthSettings& settings, double object_distance);
+
+// Side of the footprint in pixels.
+int footprint_px(const StereoRig& rig, const DepthSettings& settings, double object_distance);
+
+}  // namespace periplus::vision

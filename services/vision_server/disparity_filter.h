@@ -1,0 +1,14 @@
+// Filling of a disparity map by comparison of image blocks: thesis 4.2.1.3, Algorithm 2. What is filled is a guess, wrong
+// three times as often at edges: it serves display, never carving.
+#pragma once
+
+#include "common/geometry/image.h"
+
+namespace periplus::vision {
+
+// Each element without a value (0) that has valued elements to its left and right in its row gets their mean, weighted by
+// the likeness of the 3x3 blocks of the grey left image: weight 1 / (1 + |I_b - I_bl|_1). Blocks at the border repeat the
+// outermost pixels. Throws Error(bad_size) unless both have one size.
+ImageF fill_disparity(const ImageF& disparity, const ImageU8& left_grey);
+
+}  // namespace periplus::vision

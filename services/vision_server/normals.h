@@ -1,0 +1,18 @@
+// Surface normals from a depth map.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "common/geometry/camera.h"
+#include "common/geometry/image.h"
+
+namespace periplus::vision {
+
+// Normal in the camera's frame, unit, towards the camera, at pixel (u, v): of the plane fitted to the points of the
+// (2 half_window + 1)^2 pixels around it that lie within `reach` [m] of it in depth (least squares by the smallest principal
+// axis). Nothing where the pixel has no depth, fewer than a third of the window agree, or the points are no plane.
+std::optional<Eigen::Vector3d> normal_at(const ImageF& depth, const Pinhole& camera, int u, int v, int half_window,
+                                         double reach);
+
+}  // namespace periplus::vision

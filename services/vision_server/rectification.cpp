@@ -1,0 +1,91 @@
+#include "services/vision_server/rectification.h"
+
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+namespace periplus::vision {
+
+namespace {
+
+bool is_rectified(const CameraCalibration& c) {
+  for (double k : c.distortion)
+    if (k != 0) return false;
+  return c.R.isIdentity(1e-12) && (c.K - c.P.leftCols<3>()).cwiseAbs().maxCoeff() < 1e-9;
+}
+
+template <int Rows, int Cols>
+cv::Mat to_cv(const Eigen::Matrix<double, Rows, Cols>& m) {
+  cv::Mat out(Rows, Cols, CV_64F);
+  for (int i = 0; i < Rows; ++i)
+    for (int j = 0; j < Cols; ++j) out.at<double>(i, j) = m(i, j);
+  return out;
+}
+
+cv::Mat view_of(const ImageU8& image) {
+  return {image.height, image.width, image.channels == 3 ? CV_8UC3 : CV_8UC1,
+          const_cast<std::uint8_t*>(image.data.data())};
+}
+
+ImageU8 to_image(const cv::Mat& m) {
+  ImageU8 out(m.cols, m.rows, m.channels());
+  m.copyTo(cv::Mat(m.rows, m.cols, m.type(), out.data.data()));
+  return out;
+}
+
+ImageU8 rectified(const ImageU8& raw, const CameraCalibration& c, const char* eye) {
+  require(raw.width == c.width && raw.height == c.height, ErrorCode::vision_image_bad,
+          std::string("the ") + eye + " image has " + std::to_string(raw.width) + " x " + std::to_string(raw.height) +
+              " pixels, its camera info says " + std::to_string(c.width) + " x " + std::to_string(c.height) +
+              "; check the camera driver");
+  if (is_rectified(c)) return raw;
+  cv::Mat map_x, map_y, out;
+  cv::initUndistortRectifyMap(to_cv(c.K), c.distortion, to_cv(c.R), to_cv<3, 3>(c.P.leftCols<3>()),
+                              {c.width, c.height}, CV_32FC1, map_x, map_y);
+  cv::remap(view_of(raw), out, map_x, map_y, cv::INTER_LINEAR);
+  return to_image(out);
+}
+
+ImageU8 converted(const ImageU8& image, int channels) {
+  if (image.channels == channels) return image;
+  cv::Mat out;
+  cv::cvtColor(view_of(image), out, channels == 1 ? cv::COLOR_RGB2GRAY : cv::COLOR_GRAY2RGB);
+  return to_image(out);
+}
+
+}  // namespace
+
+StereoRig rig_of(const CameraCalibration& left, const CameraCalibration& right) {
+  require(left.width == right.width && left.height == right.height, ErrorCode::vision_image_bad,
+          "left and right camera differ in size; the pair must be rectified to one");
+  const double fx = left.P(0, 0);
+  require((left.P.leftCols<3>() - right.P.leftCols<3>()).cwiseAbs().maxCoeff() < 1e-6 * std::max(1.0, std::abs(fx)),
+          ErrorCode::vision_image_bad,
+          "left and right projection matrices differ in more than the baseline; calibrate the pair with "
+          "zero disparity at infinity");
+  require(fx > 0 && right.P(0, 3) < 0 && std::abs(right.P(1, 3)) < 1e-6 * fx, ErrorCode::vision_image_bad,
+          "the right camera info carries no baseline: P[3] must be -fx times the baseline, P[7] 0");
+  StereoRig rig;
+  rig.camera = {left.width, left.height, fx, left.P(1, 1), left.P(0, 2), left.P(1, 2)};
+  rig.baseline = -right.P(0, 3) / fx;
+  rig.check();
+  return rig;
+}
+
+RectifiedPair rectify(const CapturedView& view, const Pose& X_WC_raw) {
+  RectifiedPair pair;
+  pair.rig = rig_of(view.left_calibration, view.right_calibration);
+  // R turns raw into rectified coordinates, so the rectified frame stands at its transpose in the raw one.
+  pair.X_WC = X_WC_raw;
+  pair.X_WC.linear() = X_WC_raw.linear() * view.left_calibration.R.transpose();
+  const ImageU8 left = rectified(view.left, view.left_calibration, "left");
+  const ImageU8 right = rectified(view.right, view.right_calibration, "right");
+  pair.left = converted(left, 3);
+  pair.right = converted(right, 3);
+  pair.left_grey = converted(left, 1);
+  pair.right_grey = converted(right, 1);
+  return pair;
+}
+
+}  // namespace periplus::vision

@@ -1,0 +1,99 @@
+#include "services/vision_server/rectification.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace periplus::vision {
+namespace {
+
+const Pinhole kCamera = Pinhole::from_vertical_fov(160, 120, 0.5);
+
+CapturedView ideal_view() {
+  CapturedView v;
+  v.left_calibration = CameraCalibration::ideal(kCamera);
+  v.right_calibration = CameraCalibration::ideal(kCamera, 0.144);
+  v.left = v.right = ImageU8(160, 120, 3);
+  for (std::size_t i = 0; i < v.left.data.size(); ++i) v.left.data[i] = static_cast<std::uint8_t>(i * 7 % 251);
+  return v;
+}
+
+TEST(Rectification, IdealImagesPassUntouched) {
+  const CapturedView v = ideal_view();
+  const Pose X_WC = look_at({0, 0, 1}, {1, 0, 1});
+  const RectifiedPair pair = rectify(v, X_WC);
+  EXPECT_EQ(pair.left.data, v.left.data);
+  EXPECT_EQ(pair.left_grey.channels, 1);
+  EXPECT_NEAR(pair.rig.baseline, 0.144, 1e-12);
+  EXPECT_EQ(pair.rig.camera.fx, kCamera.fx);
+  EXPECT_TRUE(pair.X_WC.isApprox(X_WC));
+}
+
+TEST(Rectification, ATurnedCameraIsTurnedBack) {
+  // The raw camera looks 1 degree to the right of the rectified one: R turns raw into rectified coordinates.
+  CapturedView v = ideal_view();
+  const double angle = 0.0175;
+  v.left_calibration.R = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  // A white column where the direction 0.05 rad right of the rectified axis falls in the raw image.
+  v.left = ImageU8(160, 120, 3, 0);
+  const double u_raw = kCamera.cx + kCamera.fx * std::tan(0.05 - angle);
+  for (int y = 0; y < 120; ++y)
+    for (int c = 0; c < 3; ++c) v.left.at(static_cast<int>(std::lround(u_raw)), y, c) = 255;
+  const RectifiedPair pair = rectify(v, Pose::Identity());
+  const double u = kCamera.cx + kCamera.fx * std::tan(0.05);
+  double weight = 0, sum = 0;
+  for (int x = 0; x < 160; ++x) {
+    weight += pair.left_grey.at(x, 60);
+    sum += x * pair.left_grey.at(x, 60);
+  }
+  ASSERT_GT(weight, 0);
+  EXPECT_NEAR(sum / weight, u, 0.6);
+  // A point on the rectified axis lies `angle` to the left of the raw one.
+  const Eigen::Vector3d axis = pair.X_WC.linear() * Eigen::Vector3d::UnitZ();
+  EXPECT_NEAR(axis.x(), -std::sin(angle), 1e-9);
+}
+
+TEST(Rectification, RadialDistortionIsUndone) {
+  CapturedView v = ideal_view();
+  v.left_calibration.distortion = {0.3, 0, 0, 0, 0};
+  v.left = ImageU8(160, 120, 1, 0);
+  const double r = 0.2, u_raw = kCamera.cx + kCamera.fx * r * (1 + 0.3 * r * r);
+  for (int y = 0; y < 120; ++y) v.left.at(static_cast<int>(std::lround(u_raw)), y) = 255;
+  v.right = ImageU8(160, 120, 1);
+  const RectifiedPair pair = rectify(v, Pose::Identity());
+  EXPECT_EQ(pair.left.channels, 3);
+  double weight = 0, sum = 0;
+  for (int x = 0; x < 160; ++x) {
+    weight += pair.left_grey.at(x, 60);
+    sum += x * pair.left_grey.at(x, 60);
+  }
+  ASSERT_GT(weight, 0);
+  EXPECT_NEAR(sum / weight, kCamera.cx + kCamera.fx * r, 0.7);
+}
+
+TEST(Rectification, RefusesWhatIsNoRectifiedPair) {
+  const auto code = [](const CapturedView& v) {
+    try {
+      rectify(v, Pose::Identity());
+    } catch (const Error& e) {
+      return e.code();
+    }
+    return ErrorCode::ok;
+  };
+  CapturedView v = ideal_view();
+  EXPECT_EQ(code(v), ErrorCode::ok);
+  v.right_calibration.P(0, 3) = 0;
+  EXPECT_EQ(code(v), ErrorCode::vision_image_bad);
+  v = ideal_view();
+  v.right_calibration.P(1, 2) += 3;
+  EXPECT_EQ(code(v), ErrorCode::vision_image_bad);
+  v = ideal_view();
+  v.right = ImageU8(80, 60, 3);
+  EXPECT_EQ(code(v), ErrorCode::vision_image_bad);
+  v = ideal_view();
+  v.right_calibration.width = 80;
+  EXPECT_EQ(code(v), ErrorCode::vision_image_bad);
+}
+
+}  // namespace
+}  // namespace periplus::vision

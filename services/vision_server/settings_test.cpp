@@ -1,0 +1,39 @@
+#include "services/vision_server/settings.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "common/core/error.h"
+
+namespace periplus::vision {
+namespace {
+
+TEST(VisionSettings, TheDefaultFileSaysWhatTheProgramAssumes) {
+  const VisionSettings file = read_settings(config::load_file(std::string(PERIPLUS_SOURCE_DIR) +
+                                                              "/services/vision_server/config/default.yaml"));
+  const VisionSettings code;
+  EXPECT_EQ(file.attempts, code.attempts);
+  EXPECT_EQ(file.trigger_deadline, code.trigger_deadline);
+  EXPECT_EQ(file.images_deadline, code.images_deadline);
+  EXPECT_EQ(file.stamp_tolerance_ns, code.stamp_tolerance_ns);
+  EXPECT_EQ(file.views_kept, code.views_kept);
+  EXPECT_EQ(file.perceive.match.uniqueness_percent, code.perceive.match.uniqueness_percent);
+  EXPECT_EQ(file.perceive.match.left_right_px, code.perceive.match.left_right_px);
+  EXPECT_EQ(file.perceive.match.speckle_window, code.perceive.match.speckle_window);
+  EXPECT_EQ(file.perceive.depth.footprint_m, code.perceive.depth.footprint_m);
+  EXPECT_EQ(file.perceive.features.most, code.perceive.features.most);
+  EXPECT_EQ(file.perceive.least_valid_share, code.perceive.least_valid_share);
+}
+
+TEST(VisionSettings, ValuesAreTakenAndWrongOnesRefused) {
+  EXPECT_EQ(read_settings(config::parse("capture: {stamp_tolerance_s: 0.005}", "t")).stamp_tolerance_ns, 5000000);
+  EXPECT_EQ(read_settings(config::parse("matching: {uniqueness_percent: 10}", "t")).perceive.match.uniqueness_percent, 10);
+  EXPECT_THROW(read_settings(config::parse("matching: {block_px: 4}", "t")), Error);
+  EXPECT_THROW(read_settings(config::parse("capture: {atempts: 3}", "t")), Error);
+  EXPECT_THROW(read_settings(config::parse("threads: 0", "t")), Error);
+  EXPECT_THROW(read_settings(config::parse("checks: {least_valid_share: 2}", "t")), Error);
+}
+
+}  // namespace
+}  // namespace periplus::vision
