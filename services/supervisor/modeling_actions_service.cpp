@@ -36,8 +36,8 @@ voxel::Counts counts_of(const msg::GridCounts& c) { return {c.unknown(), c.known
 
 struct ModelingActions::Impl {
   Impl(dds::Node& node, const ActionSettings& s, const Task& t, const std::string& id, const msg::Environment& e, RunRecorder& rec, Whiteboard& board,
-       Recording& caught, const std::atomic<bool>& abort_flag, std::function<void(msg::RunEvent)> send)
-      : settings(s), task(t), run_id(id), environment(e), recorder(rec), whiteboard(board), recording(caught), abort(abort_flag), publish(std::move(send)),
+       Recording& caught, WriteQueue& queue, const std::atomic<bool>& abort_flag, std::function<void(msg::RunEvent)> send)
+      : settings(s), task(t), run_id(id), environment(e), recorder(rec), whiteboard(board), recording(caught), writes(queue), abort(abort_flag), publish(std::move(send)),
         knowledge(node),
         set_environment(node, "model/set_environment"), begin(node, "model/begin"), capture(node, "vision/capture"), process(node, "vision/process"),
         integrate(node, "model/integrate"), model_publish(node, "model/publish"), model_export(node, "model/export"), model_digest(node, "model/digest"),
@@ -52,6 +52,7 @@ struct ModelingActions::Impl {
   RunRecorder& recorder;
   Whiteboard& whiteboard;
   Recording& recording;
+  WriteQueue& writes;                 // for what takes time: pictures and arrays
   const std::atomic<bool>& abort;
   std::function<void(msg::RunEvent)> publish;
   wire::Knowledge knowledge;
@@ -133,11 +134,17 @@ struct ModelingActions::Impl {
 };
 
 ModelingActions::ModelingActions(dds::Node& node, const ActionSettings& settings, const Task& task, const std::string& run_id, const msg::Environment& environment,
-                                 RunRecorder& recorder, Whiteboard& whiteboard, Recording& recording, const std::atomic<bool>& abort,
-                                 std::function<void(msg::RunEvent)> publish)
-    : impl_(std::make_unique<Impl>(node, settings, task, run_id, environment, recorder, whiteboard, recording, abort, std::move(publish))), abort_(abort) {}
+                                 RunRecorder& recorder, Whiteboard& whiteboard, Recording& recording, WriteQueue& writes,
+                                 const std::atomic<bool>& abort, std::function<void(msg::RunEvent)> publish)
+    : impl_(std::make_unique<Impl>(node, settings, task, run_id, environment, recorder, whiteboard, recording, writes, abort, std::move(publish))), abort_(abort) {}
 
-ModelingActions::~ModelingActions() = default;
+ModelingActions::~ModelingActions() {
+  try {
+    impl_->writes.flush();  // its jobs use what ends here
+  } catch (const std::exception& e) {
+    log::error("a look's files could not be written", {{"cause", e.what()}});
+  }
+}
 
 int ModelingActions::look() const { return impl_->look_number; }
 
@@ -236,7 +243,7 @@ Outcome ModelingActions::Impl::grab_images() {
   current.look = look_number;
   current.X_WC = wire::from_wire(reply.pose_world_camera());
   whiteboard.put("view", {{"view_id", view_id()}, {"stamp_ns", reply.stamp_ns()}, {"attempts", reply.attempts()}});
-  recording.save_images(recorder, look_number, reply.stamp_ns(), 2s);
+  writes.add([this, look = look_number, stamp = reply.stamp_ns()] { recording.save_images(recorder, look, stamp, 2s); });
   return {};
 }
 
@@ -263,7 +270,7 @@ Outcome ModelingActions::Impl::process_images() {
   current.valid_share_in_box = reply.valid_share_in_box();
   current.features = static_cast<int>(reply.features());
   for (const msg::NamedNumber& n : reply.seconds()) current.seconds.emplace_back("vision." + n.name().to_string(), n.value());
-  recording.save_perception(recorder, look_number, view_id(), 2s);
+  writes.add([this, look = look_number, view = view_id()] { recording.save_perception(recorder, look, view, 2s); });
   return {};
 }
 
@@ -278,7 +285,9 @@ Outcome ModelingActions::Impl::integrate_view() {
   current.found_gain_px = reply.found_gain_px();
   current.found_gain_voxels = reply.found_gain_voxels();
   for (const msg::NamedNumber& n : reply.seconds()) current.seconds.emplace_back("model." + n.name().to_string(), n.value());
-  if (const auto object = knowledge.object(task.object_id, revision, 2s)) recorder.save_grid(look_number, *object->grid);
+  writes.add([this, look = look_number, wanted = revision] {
+    if (const auto object = knowledge.object(task.object_id, wanted, 2s)) recorder.save_grid(look, *object->grid);
+  });
   whiteboard.put("model", {{"object_id", task.object_id}, {"revision", revision}, {"unknown", current.counts.unknown}, {"known", current.counts.known}});
   return {};
 }

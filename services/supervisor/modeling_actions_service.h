@@ -13,6 +13,7 @@
 #include "services/supervisor/run_recorder.h"
 #include "services/supervisor/task.h"
 #include "services/supervisor/whiteboard.h"
+#include "services/supervisor/write_queue.h"
 
 namespace periplus::supervisor {
 
@@ -27,7 +28,7 @@ class ModelingActions : public Actions {
  public:
   // `publish` sends an event to whoever watches; it fills in the run's id and the number.
   ModelingActions(dds::Node& node, const ActionSettings& settings, const Task& task, const std::string& run_id, const msg::Environment& environment,
-                  RunRecorder& recorder, Whiteboard& whiteboard, Recording& recording, const std::atomic<bool>& abort,
+                  RunRecorder& recorder, Whiteboard& whiteboard, Recording& recording, WriteQueue& writes, const std::atomic<bool>& abort,
                   std::function<void(msg::RunEvent)> publish);
   ~ModelingActions() override;
 

@@ -31,9 +31,10 @@ std::int64_t stamp_of(const RosImage& image) {
 struct Recording::Impl {
   std::mutex mutex;
   std::condition_variable arrived;
-  std::map<std::string, std::map<std::int64_t, RosImage>> images;   // camera -> stamp -> image
-  std::deque<msg::Perception> perceptions;
-  std::map<std::string, msg::ModelFile> files;                      // SHA-256 -> file
+  // Samples are large: they are copied once, when they come.
+  std::map<std::string, std::map<std::int64_t, std::shared_ptr<const RosImage>>> images;   // camera -> stamp -> image
+  std::deque<std::shared_ptr<const msg::Perception>> perceptions;
+  std::map<std::string, std::shared_ptr<const msg::ModelFile>> files;                      // SHA-256 -> file
   std::unique_ptr<msg::Truth> truth;
 
   std::vector<std::unique_ptr<dds::Subscriber<RosImage>>> cameras;
@@ -51,15 +52,17 @@ Recording::Recording(dds::Node& node) : impl_(std::make_unique<Impl>()) {
   Impl& i = *impl_;
   for (const auto& [camera, topic] : {std::pair{"left", "rt/stereo/left/image_raw"}, {"right", "rt/stereo/right/image_raw"}, {"wide", "rt/wide/image_raw"}})
     i.cameras.push_back(std::make_unique<dds::Subscriber<RosImage>>(node, topic, dds::qos_stream(8), [&i, name = std::string(camera)](const RosImage& image) {
+      auto kept_image = std::make_shared<const RosImage>(image);
       std::lock_guard lock(i.mutex);
       auto& ring = i.images[name];
-      ring[stamp_of(image)] = image;
+      ring[stamp_of(image)] = std::move(kept_image);
       while (ring.size() > kept) ring.erase(ring.begin());
       i.arrived.notify_all();
     }));
   i.perception = std::make_unique<dds::Subscriber<msg::Perception>>(node, "periplus/perception", dds::qos_latest(8), [&i](const msg::Perception& p) {
+    auto kept_perception = std::make_shared<const msg::Perception>(p);
     std::lock_guard lock(i.mutex);
-    i.perceptions.push_back(p);
+    i.perceptions.push_back(std::move(kept_perception));
     while (i.perceptions.size() > kept) i.perceptions.pop_front();
     i.arrived.notify_all();
   });
@@ -70,8 +73,9 @@ Recording::Recording(dds::Node& node) : impl_(std::make_unique<Impl>()) {
       log::warn("a model file arrived damaged and was dropped", {{"format", f.format().to_string()}});
       return;
     }
+    auto kept_file = std::make_shared<const msg::ModelFile>(f);
     std::lock_guard lock(i.mutex);
-    i.files[digest] = f;
+    i.files[digest] = std::move(kept_file);
     i.arrived.notify_all();
   });
   dds::Qos qos = dds::qos_latest(1);
@@ -93,7 +97,7 @@ void Recording::clear() {
 }
 
 bool Recording::save_images(const RunRecorder& recorder, int look, std::int64_t stamp_ns, std::chrono::milliseconds timeout) {
-  std::map<std::string, RosImage> found;
+  std::map<std::string, std::shared_ptr<const RosImage>> found;
   {
     std::unique_lock lock(impl_->mutex);
     const auto all_there = [&] {
@@ -105,17 +109,17 @@ bool Recording::save_images(const RunRecorder& recorder, int look, std::int64_t 
     for (auto& [camera, ring] : impl_->images)
       if (const auto it = ring.find(stamp_ns); it != ring.end()) found[camera] = it->second;
   }
-  for (const auto& [camera, image] : found) recorder.save_image(look, camera, wire::from_wire(image).image);
+  for (const auto& [camera, image] : found) recorder.save_image(look, camera, wire::from_wire(*image).image);
   return found.size() == 3;
 }
 
 bool Recording::save_perception(const RunRecorder& recorder, int look, const std::string& view_id, std::chrono::milliseconds timeout) {
-  msg::Perception p;
+  std::shared_ptr<const msg::Perception> p;
   {
     std::unique_lock lock(impl_->mutex);
     const auto find = [&] {
-      for (const msg::Perception& candidate : impl_->perceptions)
-        if (candidate.view_id().to_string() == view_id) {
+      for (const auto& candidate : impl_->perceptions)
+        if (candidate->view_id().to_string() == view_id) {
           p = candidate;
           return true;
         }
@@ -126,18 +130,18 @@ bool Recording::save_perception(const RunRecorder& recorder, int look, const std
       return false;
     }
   }
-  recorder.save_perception(look, wire::from_wire(p));
+  recorder.save_perception(look, wire::from_wire(*p));
   return true;
 }
 
 bool Recording::save_model(const RunRecorder& recorder, const std::string& name, const std::string& sha256, std::chrono::milliseconds timeout) {
-  msg::ModelFile file;
+  std::shared_ptr<const msg::ModelFile> file;
   {
     std::unique_lock lock(impl_->mutex);
     if (!impl_->wait(lock, timeout, [&] { return impl_->files.count(sha256) > 0; })) return false;
     file = impl_->files[sha256];
   }
-  recorder.save_bytes(name, file.data().data(), file.data().size());
+  recorder.save_bytes(name, file->data().data(), file->data().size());
   return true;
 }
 

@@ -139,6 +139,7 @@ void SupervisorService::Impl::run(Task task, msg::Environment environment) {
     recorder.save_text("robot.yaml", wire::text_from_wire(environment.robot_yaml()));
     recorder.save_text("robot.urdf", wire::text_from_wire(environment.robot_urdf()));
     Whiteboard whiteboard(run_folder + "/whiteboard.jsonl");
+    WriteQueue writes;
     std::unique_ptr<ModelingActions> actions;
     const auto entered = [&](State state, const std::string& cause) {
       const int look = actions ? actions->look() : 0;
@@ -154,7 +155,7 @@ void SupervisorService::Impl::run(Task task, msg::Environment environment) {
     };
     try {
       actions = std::make_unique<ModelingActions>(service.node(), ActionSettings{settings.wait_for_service_s, settings.request_deadline_s, settings.motion_deadline_s},
-                                                  task, run_id, environment, recorder, whiteboard, recording, abort, [this](msg::RunEvent e) { publish(std::move(e)); });
+                                                  task, run_id, environment, recorder, whiteboard, recording, writes, abort, [this](msg::RunEvent e) { publish(std::move(e)); });
       result = run_machine(*actions, entered);
     } catch (const Error& e) {
       result = {e.code() == ErrorCode::bad_input ? State::bad_input : State::service_lost, e.what()};
@@ -162,6 +163,7 @@ void SupervisorService::Impl::run(Task task, msg::Environment environment) {
     }
     if (actions) {
       actions->export_models();
+      writes.flush();
       report.update(actions->report());
     }
     if (task.truth) recording.save_truth(recorder);

@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <map>
 #include <set>
 #include <thread>
 
@@ -51,7 +52,8 @@ struct Session::Impl {
   Client client;
   std::unique_ptr<Launcher> launcher;
   std::unique_ptr<BackgroundRecord> record;
-  std::set<std::string> seen, lost;
+  std::map<std::string, Clock::time_point> heard;   // when each service was last known to be up
+  std::set<std::string> lost;
   bool started = false;
   std::string refusal;   // why a service of ours refused its input
 };
@@ -77,8 +79,8 @@ Session::~Session() {
   const bool owned = impl_->started;
   stop();
   impl_.reset();
-  // Once more: what the client itself had mapped of processes that were killed.
-  if (owned) clean_shared_memory();
+  // Once more: what the client itself had mapped of processes that were killed, and may have still.
+  if (owned) clean_shared_memory("/dev/shm", OwnMappings::unused);
 }
 
 Client& Session::client() { return impl_->client; }
@@ -124,14 +126,21 @@ Session::Looked Session::look_after() {
       if (event.kind == Launcher::Event::Kind::lost) impl_->lost.insert(event.service);
       if (event.refused) impl_->refusal = event.text;
     }
-  // Services of other hosts are only known by their heartbeats.
+  // Services of other hosts are only known by their heartbeats; their good-bye is the end. Of our own the launcher tells the
+  // end with its reason, so a good-bye only starts the time in which it must come.
+  const auto now = Clock::now();
   std::set<std::string> alive;
-  for (const ServiceRow& row : impl_->client.services())
-    if (row.age_s <= kLost_s && row.state <= 2) alive.insert(row.service);
-  for (const std::string& service : impl_->seen)
-    if (!restarts(service) && !alive.contains(service) && impl_->lost.insert(service).second)
+  for (const ServiceRow& row : impl_->client.services()) {
+    if (row.age_s > kLost_s || row.state > 2) continue;
+    alive.insert(row.service);
+    const auto at = now - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(row.age_s));
+    impl_->heard[row.service] = std::max(impl_->heard[row.service], at);
+  }
+  for (const auto& [service, last] : impl_->heard) {
+    const bool may_be_ending = impl_->launcher && now - last <= std::chrono::duration<double>(kLost_s);
+    if (!restarts(service) && !alive.contains(service) && !may_be_ending && impl_->lost.insert(service).second)
       looked.news.push_back(service + " is no longer heard");
-  impl_->seen.insert(alive.begin(), alive.end());
+  }
   looked.lost.assign(impl_->lost.begin(), impl_->lost.end());
   return looked;
 }

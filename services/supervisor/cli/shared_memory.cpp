@@ -20,12 +20,13 @@ bool is_process(const fs::path& entry) {
 }
 
 // Names below `folder` that some process has mapped or open.
-std::set<std::string> names_in_use(const fs::path& folder) {
+std::set<std::string> names_in_use(const fs::path& folder, OwnMappings own) {
+  const std::string self = std::to_string(::getpid());
   const std::string prefix = folder.string() + "/";
   std::set<std::string> names;
   std::error_code ignored;  // processes come and go while they are read
   for (const fs::directory_entry& process : fs::directory_iterator("/proc", fs::directory_options::skip_permission_denied, ignored)) {
-    if (!is_process(process.path())) continue;
+    if (!is_process(process.path()) || (own == OwnMappings::unused && process.path().filename() == self)) continue;
     std::ifstream maps(process.path() / "maps");
     for (std::string line; std::getline(maps, line);) {
       const std::size_t at = line.find(prefix);
@@ -57,7 +58,7 @@ std::string base_name(std::string name) {
 
 }  // namespace
 
-std::vector<fs::path> shared_memory_leftovers(const fs::path& folder) {
+std::vector<fs::path> shared_memory_leftovers(const fs::path& folder, OwnMappings own) {
   std::vector<fs::path> candidates;
   std::error_code problem;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, problem)) {
@@ -69,7 +70,7 @@ std::vector<fs::path> shared_memory_leftovers(const fs::path& folder) {
   }
   if (candidates.empty()) return candidates;
   std::set<std::string> busy;
-  for (const std::string& name : names_in_use(folder)) busy.insert(base_name(name));
+  for (const std::string& name : names_in_use(folder, own)) busy.insert(base_name(name));
   for (const fs::path& file : candidates) {
     const std::string name = file.filename();
     if ((name.ends_with("_el") || name.ends_with("_sl")) && is_locked(file)) busy.insert(base_name(name));
@@ -79,9 +80,9 @@ std::vector<fs::path> shared_memory_leftovers(const fs::path& folder) {
   return candidates;
 }
 
-int clean_shared_memory(const fs::path& folder) {
+int clean_shared_memory(const fs::path& folder, OwnMappings own) {
   int removed = 0;
-  for (const fs::path& file : shared_memory_leftovers(folder)) removed += ::unlink(file.c_str()) == 0;
+  for (const fs::path& file : shared_memory_leftovers(folder, own)) removed += ::unlink(file.c_str()) == 0;
   return removed;
 }
 

@@ -41,6 +41,17 @@ TEST_F(SharedMemory, LeavesMappedFilesAndTheirCompanions) {
   EXPECT_EQ(clean_shared_memory(folder_), 3);
 }
 
+TEST_F(SharedMemory, RemovesWhatOnlyAProcessThatLeftTheBusStillMaps) {
+  make("fastrtps_dead");
+  const int fd = ::open((folder_ / "fastrtps_dead").c_str(), O_RDWR);
+  void* memory = ::mmap(nullptr, 4096, PROT_READ, MAP_SHARED, fd, 0);
+  ::close(fd);
+  ASSERT_NE(memory, MAP_FAILED);
+  EXPECT_EQ(clean_shared_memory(folder_), 0);
+  EXPECT_EQ(clean_shared_memory(folder_, OwnMappings::unused), 1);
+  ::munmap(memory, 4096);
+}
+
 TEST_F(SharedMemory, LeavesWhatIsLocked) {
   make("fastrtps_a");
   make("fastrtps_a_el");
