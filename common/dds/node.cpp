@@ -1,6 +1,7 @@
 #include "common/dds/node.h"
 
 #include <arpa/inet.h>
+#include <time.h>
 
 #include <algorithm>
 #include <condition_variable>
@@ -22,11 +23,27 @@
 namespace periplus::dds {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
+
+// Goes on while the computer sleeps, unlike the steady clock: peers do not wait for it.
+struct BootClock {
+  using duration = std::chrono::nanoseconds;
+  using rep = duration::rep;
+  using period = duration::period;
+  using time_point = std::chrono::time_point<BootClock>;
+  static constexpr bool is_steady = true;
+  static time_point now() {
+    timespec t{};
+    clock_gettime(CLOCK_BOOTTIME, &t);
+    return time_point(std::chrono::seconds(t.tv_sec) + std::chrono::nanoseconds(t.tv_nsec));
+  }
+};
+using Clock = BootClock;
 
 // Also the period at which RPC writers assert their liveliness: four times within their lease of 500 ms.
 constexpr milliseconds kWatchPeriod{120};
+// A service that starts with its computer may be there before the network is.
+constexpr milliseconds kInterfacePatience{10000};
 // What a transient-local writer keeps of its own samples, to publish them again after the node joined anew.
 constexpr std::size_t kHistoryBytes = 256U << 20;
 
@@ -261,7 +278,7 @@ class ManagedNode : public Node {
  public:
   explicit ManagedNode(const NodeOptions& options) : Node(options), core_(std::make_shared<Core>()) {
     check(options_);
-    core_->participant = join();
+    core_->participant = join(wait_for_interface(options_.interface, kInterfacePatience));
     watch_ = std::thread([this] { watch(); });
   }
   ~ManagedNode() override {
@@ -296,8 +313,8 @@ class ManagedNode : public Node {
     return qos;
   }
 
-  std::unique_ptr<Participant> join() {
-    const ParticipantSettings settings{options_, find_interface(options_.interface), announcement_period(options_.participant_lease)};
+  std::unique_ptr<Participant> join(const NetworkInterface& interface) {
+    const ParticipantSettings settings{options_, interface, announcement_period(options_.participant_lease)};
     return options_.vendor == "fastdds" ? make_fastdds_participant(settings, core_->matching, bad_samples)
                                         : make_cyclonedds_participant(settings, core_->matching, bad_samples);
   }
@@ -349,7 +366,7 @@ class ManagedNode : public Node {
     core_->participant.reset();
     core_->matching.clear();
     try {
-      core_->participant = join();
+      core_->participant = join(find_interface(options_.interface));
       for (Renewable* endpoint : core_->endpoints) endpoint->make(*core_->participant);
       ++core_->rejoins;
     } catch (const std::exception& error) {
