@@ -18,9 +18,9 @@ ImageF plane(const std::vector<float>& values, int width, int height, double mos
   require(values.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height), ErrorCode::bad_size,
           std::string(what) + " has " + std::to_string(values.size()) + " values, its camera " + std::to_string(width) +
               " x " + std::to_string(height) + " pixels");
-  for (float v : values)
-    require(v >= 0 && v <= most, std::isfinite(v) ? ErrorCode::bad_input : ErrorCode::not_finite,
-            std::string(what) + " must be finite, not negative and at most " + std::to_string(most));
+  const auto wrong = std::find_if(values.begin(), values.end(), [most](float v) { return !(v >= 0 && v <= most); });
+  require(wrong == values.end(), wrong == values.end() || std::isfinite(*wrong) ? ErrorCode::bad_input : ErrorCode::not_finite,
+          std::string(what) + " must be finite, not negative and at most " + std::to_string(most));
   ImageF image;
   image.width = width;
   image.height = height;
@@ -40,9 +40,9 @@ object_model::DepthMap from_wire(const msg::DepthMap& m) {
   d.depth = plane(m.depth(), d.camera.width, d.camera.height, kFarthest, "depth");
   d.depth_minimum = plane(m.depth_minimum(), d.camera.width, d.camera.height, kFarthest, "depth_minimum");
   d.depth_sigma = plane(m.depth_sigma(), d.camera.width, d.camera.height, kFarthest, "depth_sigma");
-  for (std::size_t i = 0; i < d.depth.data.size(); ++i)
-    require(d.depth.data[i] == 0 || d.depth_minimum.data[i] <= d.depth.data[i] * 1.0001f, ErrorCode::bad_input,
-            "depth_minimum lies behind depth; it must be the least depth of the pixel's footprint");
+  bool in_front = true;
+  for (std::size_t i = 0; i < d.depth.data.size(); ++i) in_front = in_front && (d.depth.data[i] == 0 || d.depth_minimum.data[i] <= d.depth.data[i] * 1.0001f);
+  require(in_front, ErrorCode::bad_input, "depth_minimum lies behind depth; it must be the least depth of the pixel's footprint");
   return d;
 }
 
