@@ -7,6 +7,8 @@ namespace periplus::vision {
 
 namespace {
 constexpr std::size_t kReadingsKept = 8;
+constexpr std::uint64_t kTimeKept = 2'000'000'000;  // of streams [ns]: an image may come that late
+constexpr std::size_t kMostKept = 4096;             // of streams, whatever their rate
 
 std::uint64_t apart(std::int64_t a, std::int64_t b) {
   return a > b ? static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b)
@@ -15,84 +17,93 @@ std::uint64_t apart(std::int64_t a, std::int64_t b) {
 }  // namespace
 
 template <class T>
-void ViewCollector::Track<T>::add(std::int64_t stamp, T value) {
+void ViewCollector::Track<T>::add(std::int64_t stamp, std::uint64_t arrival, T value) {
+  // The clock went back: what came before belongs to another run of it.
+  if (by_time && !readings.empty() && stamp < readings.back().stamp && apart(stamp, readings.back().stamp) > kTimeKept)
+    readings.clear();
   // The same reading may be published again: the newest copy counts.
-  std::erase_if(readings, [&](const auto& r) { return r.first == stamp; });
-  readings.emplace_back(stamp, std::move(value));
-  if (readings.size() > kReadingsKept) readings.pop_front();
+  std::erase_if(readings, [&](const auto& r) { return r.stamp == stamp; });
+  readings.push_back({stamp, arrival, std::move(value)});
+  const auto too_many = [&] {
+    if (readings.size() <= kReadingsKept) return false;
+    return !by_time || readings.size() > kMostKept || apart(readings.front().stamp, stamp) > kTimeKept;
+  };
+  while (too_many()) readings.pop_front();
 }
 
 template <class T>
-const T* ViewCollector::Track<T>::find(std::int64_t stamp, std::int64_t tolerance) const {
+const T* ViewCollector::Track<T>::find(std::int64_t stamp, std::int64_t tolerance, std::uint64_t arrival) const {
   const T* best = nullptr;
   std::uint64_t nearest = std::numeric_limits<std::uint64_t>::max();
-  for (const auto& [at, value] : readings)
-    if (const std::uint64_t d = apart(at, stamp); d <= static_cast<std::uint64_t>(tolerance) && d < nearest) {
+  for (const auto& r : readings)
+    if (const std::uint64_t d = apart(r.stamp, stamp);
+        r.arrival > arrival && d <= static_cast<std::uint64_t>(tolerance) && d < nearest) {
       nearest = d;
-      best = &value;
+      best = &r.value;
     }
   return best;
 }
 
-void ViewCollector::add_image(Part eye, std::int64_t stamp_ns, ImageU8 image) {
+template <class T>
+void ViewCollector::add(Track<T>& track, std::int64_t stamp, T value) {
   const std::lock_guard lock(mutex_);
-  (eye == Part::left ? left_ : right_).add(stamp_ns, std::move(image));
+  track.add(stamp, ++arrivals_, std::move(value));
   changed_.notify_all();
+}
+
+void ViewCollector::add_image(Part eye, std::int64_t stamp_ns, ImageU8 image) {
+  add(eye == Part::left ? left_ : right_, stamp_ns, std::move(image));
 }
 
 void ViewCollector::add_calibration(Part eye, std::int64_t stamp_ns, CameraCalibration calibration) {
-  const std::lock_guard lock(mutex_);
-  (eye == Part::left_calibration ? left_calibration_ : right_calibration_).add(stamp_ns, std::move(calibration));
-  changed_.notify_all();
+  add(eye == Part::left_calibration ? left_calibration_ : right_calibration_, stamp_ns, std::move(calibration));
 }
 
-void ViewCollector::add_joints(std::int64_t stamp_ns, JointPositions joints) {
-  const std::lock_guard lock(mutex_);
-  joints_.add(stamp_ns, std::move(joints));
-  changed_.notify_all();
-}
+void ViewCollector::add_joints(std::int64_t stamp_ns, JointPositions joints) { add(joints_, stamp_ns, std::move(joints)); }
 
-void ViewCollector::add_base_pose(std::int64_t stamp_ns, const Pose& X_WB) {
-  const std::lock_guard lock(mutex_);
-  base_pose_.add(stamp_ns, X_WB);
-  changed_.notify_all();
-}
+void ViewCollector::add_base_pose(std::int64_t stamp_ns, const Pose& X_WB) { add(base_pose_, stamp_ns, X_WB); }
 
 void ViewCollector::add_fault(const std::string& why) {
   const std::lock_guard lock(mutex_);
   fault_ = why;
 }
 
-std::optional<CapturedView> ViewCollector::wait(std::int64_t stamp_ns, std::chrono::milliseconds timeout) {
-  std::unique_lock lock(mutex_);
-  if (!changed_.wait_for(lock, timeout, [&] { return missing_parts(stamp_ns).empty(); })) return std::nullopt;
-  return CapturedView{stamp_ns,
-                      *left_.find(stamp_ns, tolerance_ns_),
-                      *right_.find(stamp_ns, tolerance_ns_),
-                      *left_calibration_.find(stamp_ns, tolerance_ns_),
-                      *right_calibration_.find(stamp_ns, tolerance_ns_),
-                      *joints_.find(stamp_ns, tolerance_ns_),
-                      *base_pose_.find(stamp_ns, tolerance_ns_)};
-}
-
-std::vector<std::string> ViewCollector::missing_parts(std::int64_t stamp_ns) const {
-  std::vector<std::string> names;
-  const auto check = [&](const auto& track, const char* name) {
-    if (!track.find(stamp_ns, tolerance_ns_)) names.emplace_back(name);
-  };
-  check(left_, "left image");
-  check(right_, "right image");
-  check(left_calibration_, "left camera info");
-  check(right_calibration_, "right camera info");
-  check(joints_, "joint states");
-  check(base_pose_, "base pose");
-  return names;
-}
-
-std::string ViewCollector::missing(std::int64_t stamp_ns) const {
+ViewCollector::Moment ViewCollector::now() const {
   const std::lock_guard lock(mutex_);
+  return Moment{arrivals_};
+}
+
+std::optional<CapturedView> ViewCollector::wait(std::int64_t stamp_ns, Moment triggered, std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  if (!changed_.wait_for(lock, timeout, [&] { return parts(stamp_ns, triggered).complete(); })) return std::nullopt;
+  const Parts p = parts(stamp_ns, triggered);
+  return CapturedView{stamp_ns, *p.left, *p.right, *p.left_calibration, *p.right_calibration, *p.joints, *p.X_WB};
+}
+
+ViewCollector::Parts ViewCollector::parts(std::int64_t stamp_ns, Moment triggered) const {
+  const auto sent = static_cast<std::uint64_t>(triggered);
+  const auto streamed = tolerance_ns_ == 0 ? sent : 0;
+  return {left_.find(stamp_ns, tolerance_ns_, sent),
+          right_.find(stamp_ns, tolerance_ns_, sent),
+          left_calibration_.find(stamp_ns, tolerance_ns_, sent),
+          right_calibration_.find(stamp_ns, tolerance_ns_, sent),
+          joints_.find(stamp_ns, tolerance_ns_, streamed),
+          base_pose_.find(stamp_ns, tolerance_ns_, streamed)};
+}
+
+std::string ViewCollector::missing(std::int64_t stamp_ns, Moment triggered) const {
+  const std::lock_guard lock(mutex_);
+  const Parts p = parts(stamp_ns, triggered);
   std::string text;
-  for (const std::string& name : missing_parts(stamp_ns)) text += (text.empty() ? "" : ", ") + name;
+  const auto check = [&](const void* part, const char* name) {
+    if (!part) text += (text.empty() ? "" : ", ") + std::string(name);
+  };
+  check(p.left, "left image");
+  check(p.right, "right image");
+  check(p.left_calibration, "left camera info");
+  check(p.right_calibration, "right camera info");
+  check(p.joints, "joint states");
+  check(p.X_WB, "base pose");
   return text;
 }
 

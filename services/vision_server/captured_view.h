@@ -30,10 +30,17 @@ struct CapturedView {
   Pose X_WB = Pose::Identity();                          // base link as the robot reports it
 };
 
-// Thread-safe. Each part keeps its last few readings; a view is complete when every part has one of its stamp.
+// Thread-safe. Images and camera infos keep their last few readings, joints and base pose, which may stream at a high rate,
+// those of the last two seconds; a view is complete when every part has a reading of its stamp.
+//
+// Stamps alone do not name a reading: a simulator that was started again counts from 0 once more. What the cameras send on
+// a trigger must therefore have come after that trigger. With a tolerance of 0 that goes for joints and base pose as well,
+// which are then sent with the images; otherwise they may be older, but not from before their clock went back.
 class ViewCollector {
  public:
   enum class Part { left, right, left_calibration, right_calibration, joints, base_pose };
+  // A moment in the order of arrival.
+  enum class Moment : std::uint64_t { begin = 0 };
 
   // `tolerance`: how far a part's stamp may be from the view's [ns]; 0 asks for the same.
   explicit ViewCollector(std::int64_t tolerance_ns) : tolerance_ns_(tolerance_ns) {}
@@ -45,30 +52,50 @@ class ViewCollector {
   // Something came that could not be used; its reason goes into the error if the view stays incomplete.
   void add_fault(const std::string& why);
 
-  // Waits until the view of this stamp is complete; nothing if it is not in time.
-  std::optional<CapturedView> wait(std::int64_t stamp_ns, std::chrono::milliseconds timeout);
+  // To be taken before the trigger.
+  Moment now() const;
+  // Waits until the view of this stamp is complete with what came after `triggered`; nothing if it is not in time.
+  std::optional<CapturedView> wait(std::int64_t stamp_ns, Moment triggered, std::chrono::milliseconds timeout);
   // Names of what is missing for that stamp: "right image, base pose".
-  std::string missing(std::int64_t stamp_ns) const;
+  std::string missing(std::int64_t stamp_ns, Moment triggered) const;
   // The last fault since clear_faults(); empty if none.
   std::string fault() const;
   void clear_faults();
 
  private:
   template <class T>
-  struct Track {
-    std::deque<std::pair<std::int64_t, T>> readings;
-    void add(std::int64_t stamp, T value);
-    const T* find(std::int64_t stamp, std::int64_t tolerance) const;  // the nearest one; nullptr if none is near enough
+  struct Reading {
+    std::int64_t stamp;
+    std::uint64_t arrival;
+    T value;
   };
-  std::vector<std::string> missing_parts(std::int64_t stamp_ns) const;
+  template <class T>
+  struct Track {
+    bool by_time = false;                        // else by count
+    std::deque<Reading<T>> readings = {};        // in the order of arrival
+    void add(std::int64_t stamp, std::uint64_t arrival, T value);
+    // The nearest one that came after `arrival`; nullptr if none is near enough.
+    const T* find(std::int64_t stamp, std::int64_t tolerance, std::uint64_t arrival) const;
+  };
+  struct Parts {  // of one view; null where missing
+    const ImageU8 *left, *right;
+    const CameraCalibration *left_calibration, *right_calibration;
+    const JointPositions* joints;
+    const Pose* X_WB;
+    bool complete() const { return left && right && left_calibration && right_calibration && joints && X_WB; }
+  };
+  template <class T>
+  void add(Track<T>& track, std::int64_t stamp, T value);
+  Parts parts(std::int64_t stamp_ns, Moment triggered) const;
 
   const std::int64_t tolerance_ns_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
+  std::uint64_t arrivals_ = 0;
   Track<ImageU8> left_, right_;
   Track<CameraCalibration> left_calibration_, right_calibration_;
-  Track<JointPositions> joints_;
-  Track<Pose> base_pose_;
+  Track<JointPositions> joints_{.by_time = true};
+  Track<Pose> base_pose_{.by_time = true};
   std::string fault_;
 };
 

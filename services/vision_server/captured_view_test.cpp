@@ -10,6 +10,9 @@ namespace {
 using Part = ViewCollector::Part;
 using namespace std::chrono_literals;
 
+constexpr auto kBegin = ViewCollector::Moment::begin;
+constexpr std::int64_t kMillisecond = 1'000'000;
+
 void add_all_but_right(ViewCollector& c, std::int64_t stamp) {
   c.add_image(Part::left, stamp, ImageU8(2, 2, 1, static_cast<std::uint8_t>(stamp)));
   c.add_calibration(Part::left_calibration, stamp, {});
@@ -21,12 +24,12 @@ void add_all_but_right(ViewCollector& c, std::int64_t stamp) {
 TEST(ViewCollector, IsCompleteWhenEveryPartOfThatStampIsThere) {
   ViewCollector c(0);
   add_all_but_right(c, 50);
-  EXPECT_FALSE(c.wait(50, 1ms));
-  EXPECT_EQ(c.missing(50), "right image");
+  EXPECT_FALSE(c.wait(50, kBegin, 1ms));
+  EXPECT_EQ(c.missing(50, kBegin), "right image");
   c.add_image(Part::right, 51, ImageU8(2, 2, 1, 9));  // another instant
-  EXPECT_FALSE(c.wait(50, 1ms));
+  EXPECT_FALSE(c.wait(50, kBegin, 1ms));
   c.add_image(Part::right, 50, ImageU8(2, 2, 1, 8));
-  const auto view = c.wait(50, 1ms);
+  const auto view = c.wait(50, kBegin, 1ms);
   ASSERT_TRUE(view);
   EXPECT_EQ(view->stamp_ns, 50);
   EXPECT_EQ(view->left.at(0, 0), 50);
@@ -39,11 +42,11 @@ TEST(ViewCollector, WithToleranceTheNearestReadingCounts) {
   ViewCollector c(5);
   add_all_but_right(c, 50);
   c.add_image(Part::right, 44, ImageU8(1, 1, 1, 44));
-  EXPECT_FALSE(c.wait(50, 1ms));
+  EXPECT_FALSE(c.wait(50, kBegin, 1ms));
   c.add_image(Part::right, 45, ImageU8(1, 1, 1, 45));
   c.add_image(Part::right, 52, ImageU8(1, 1, 1, 52));
-  ASSERT_TRUE(c.wait(50, 1ms));
-  EXPECT_EQ(c.wait(50, 1ms)->right.at(0, 0), 52);
+  ASSERT_TRUE(c.wait(50, kBegin, 1ms));
+  EXPECT_EQ(c.wait(50, kBegin, 1ms)->right.at(0, 0), 52);
 }
 
 TEST(ViewCollector, WakesUpWhenTheLastPartArrives) {
@@ -53,7 +56,7 @@ TEST(ViewCollector, WakesUpWhenTheLastPartArrives) {
     std::this_thread::sleep_for(20ms);
     c.add_image(Part::right, 7, ImageU8(1, 1));
   });
-  EXPECT_TRUE(c.wait(7, 10s));
+  EXPECT_TRUE(c.wait(7, kBegin, 10s));
   late.join();
 }
 
@@ -61,14 +64,71 @@ TEST(ViewCollector, OldReadingsAreForgottenAndFaultsRemembered) {
   ViewCollector c(0);
   add_all_but_right(c, 1);
   c.add_image(Part::right, 1, ImageU8(1, 1));
-  ASSERT_TRUE(c.wait(1, 1ms));
+  ASSERT_TRUE(c.wait(1, kBegin, 1ms));
   for (std::int64_t stamp = 2; stamp < 12; ++stamp) c.add_image(Part::right, stamp, ImageU8(1, 1));
-  EXPECT_FALSE(c.wait(1, 1ms));
+  EXPECT_FALSE(c.wait(1, kBegin, 1ms));
   EXPECT_EQ(c.fault(), "");
   c.add_fault("right image: truncated");
   EXPECT_EQ(c.fault(), "right image: truncated");
   c.clear_faults();
   EXPECT_EQ(c.fault(), "");
+}
+
+// Joints and base pose at 200 Hz, of the milliseconds [from, to).
+void stream(ViewCollector& c, std::int64_t from, std::int64_t to, double angle) {
+  for (std::int64_t ms = from; ms < to; ms += 5) {
+    c.add_joints(ms * kMillisecond, {{"neck", angle}});
+    c.add_base_pose(ms * kMillisecond, Pose(Eigen::Translation3d(angle, 0, static_cast<double>(ms))));
+  }
+}
+
+void add_pictures(ViewCollector& c, std::int64_t stamp) {
+  for (const Part eye : {Part::left, Part::right}) c.add_image(eye, stamp, ImageU8(1, 1));
+  for (const Part eye : {Part::left_calibration, Part::right_calibration}) c.add_calibration(eye, stamp, {});
+}
+
+TEST(ViewCollector, AnImageThatComesLateFindsItsJointsInAFastStream) {
+  ViewCollector c(5 * kMillisecond);
+  stream(c, 0, 1000, 0);
+  const auto triggered = c.now();
+  stream(c, 1000, 1105, 0);  // the image of second 1 takes 100 ms
+  add_pictures(c, 1003 * kMillisecond);
+  const auto view = c.wait(1003 * kMillisecond, triggered, 1ms);
+  ASSERT_TRUE(view);
+  EXPECT_EQ(view->X_WB.translation().z(), 1005);  // the nearest
+  // A camera that runs freely may hand out an image exposed before the trigger: its joints are there all the same.
+  const auto again = c.now();
+  add_pictures(c, 500 * kMillisecond);
+  EXPECT_TRUE(c.wait(500 * kMillisecond, again, 1ms));
+  stream(c, 1105, 2600, 0);
+  add_pictures(c, 500 * kMillisecond);
+  EXPECT_FALSE(c.wait(500 * kMillisecond, again, 1ms)) << "kept for longer than two seconds";
+}
+
+TEST(ViewCollector, AnotherRunOfTheCamerasIsNotTheOneThatWasAsked) {
+  ViewCollector c(0);
+  add_all_but_right(c, 50);
+  c.add_image(Part::right, 50, ImageU8(1, 1, 1, 1));
+  const auto triggered = c.now();  // the simulator starts again, its clock with it
+  EXPECT_FALSE(c.wait(50, triggered, 1ms));
+  EXPECT_EQ(c.missing(50, triggered), "left image, right image, left camera info, right camera info, joint states, base pose");
+  add_all_but_right(c, 50);
+  EXPECT_EQ(c.missing(50, triggered), "right image");
+  c.add_image(Part::right, 50, ImageU8(1, 1, 1, 2));
+  ASSERT_TRUE(c.wait(50, triggered, 1ms));
+  EXPECT_EQ(c.wait(50, triggered, 1ms)->right.at(0, 0), 2);
+}
+
+TEST(ViewCollector, JointsFromBeforeTheClockWentBackAreForgotten) {
+  ViewCollector c(5 * kMillisecond);
+  stream(c, 0, 4000, 0.1);
+  const auto triggered = c.now();
+  stream(c, 0, 100, 0.2);
+  add_pictures(c, 3000 * kMillisecond);
+  EXPECT_EQ(c.missing(3000 * kMillisecond, triggered), "joint states, base pose");
+  add_pictures(c, 50 * kMillisecond);
+  ASSERT_TRUE(c.wait(50 * kMillisecond, triggered, 1ms));
+  EXPECT_EQ(c.wait(50 * kMillisecond, triggered, 1ms)->joints.at(0).second, 0.2);
 }
 
 TEST(ViewStore, KeepsTheLastViews) {

@@ -1,5 +1,6 @@
 // Filling of a disparity map by comparison of image blocks: thesis 4.2.1.3, Algorithm 2. What is filled is a guess, wrong
-// three times as often at edges: it serves display, never carving.
+// three times as often at edges: it serves display and the choice of pixels over which object_valid_share() counts
+// (box_silhouette.h), never measuring or carving.
 #pragma once
 
 #include "common/geometry/image.h"

@@ -99,16 +99,15 @@ struct VisionServerService::Impl {
     });
   }
 
-  Pose pose_of(const CapturedView& view) const {
-    const auto environment = knowledge.environment();
-    require(environment != nullptr, ErrorCode::not_ready,
-            "the robot model has not arrived, so the camera's pose is unknown; set the environment at the model server");
-    return left_eye_pose(environment->robot, view.joints, view.X_WB);
+  std::shared_ptr<const wire::KnownEnvironment> environment_of(const msg::Revision& revision) const {
+    return knowledge.environment_or_throw(wire::id_from_wire(revision, "environment_revision"), ErrorCode::vision_revision_not_here);
   }
 
   // A view once captured stays what it was: asked again, the same answer.
   void capture(const msg::CaptureRequest& request, msg::CaptureReply& reply, dds::RpcContext& context) {
     const std::string view_id = wire::id_from_wire(request.view_id(), "view_id");
+    const auto environment = environment_of(request.environment_revision());
+    const auto pose_of = [&](const CapturedView& v) { return left_eye_pose(environment->robot, v.joints, v.X_WB); };
     std::uint32_t attempts = 0;
     std::shared_ptr<const CapturedView> view = views.find(view_id);
     std::string missing;
@@ -119,19 +118,20 @@ struct VisionServerService::Impl {
       msg::CameraTriggerRequest ask;
       msg::CameraTriggerReply answer;
       ask.view_id(view_id);
+      const ViewCollector::Moment triggered = collector.now();
       const dds::RpcResult result = trigger.call(
           ask, answer, {.deadline = settings.trigger_deadline, .wait_for_server = settings.trigger_deadline});
       require(result.status == dds::RpcStatus::ok, ErrorCode::vision_images_missing,
               std::string("the cameras do not answer (") + dds::to_string(result.status) +
                   "); check that the simulator or the camera driver runs");
       result.throw_if_failed("camera/trigger");
-      if (auto complete = collector.wait(answer.stamp_ns(), settings.images_deadline)) {
+      if (auto complete = collector.wait(answer.stamp_ns(), triggered, settings.images_deadline)) {
         pose_of(*complete);  // refuses joints that do not fit before the view counts as captured
         rig_of(complete->left_calibration, complete->right_calibration);
         views.put(view_id, std::move(*complete));
         view = views.find(view_id);
       } else {
-        missing = collector.missing(answer.stamp_ns());
+        missing = collector.missing(answer.stamp_ns(), triggered);
         log::warn("incomplete set of images", {{"view", view_id}, {"missing", missing}, {"attempt", std::to_string(attempts)}});
       }
     }
@@ -153,12 +153,10 @@ struct VisionServerService::Impl {
     const std::shared_ptr<const CapturedView> view = views.find(view_id);
     require(view != nullptr, ErrorCode::vision_view_unknown,
             "view '" + view_id + "' was not captured here; call vision/capture with that view id first");
-    const auto environment = knowledge.environment();
-    require(environment != nullptr, ErrorCode::not_ready,
-            "the robot model has not arrived; set the environment at the model server");
+    const auto environment = environment_of(request.environment_revision());
 
     const double begun = seconds_now();
-    const RectifiedPair pair = rectify(*view, pose_of(*view));
+    const RectifiedPair pair = rectify(*view, left_eye_pose(environment->robot, view->joints, view->X_WB));
     check_rig(pair.rig, environment->robot->stereo_rig());
     PerceiveReport report;
     report.seconds.emplace_back("rectify", seconds_now() - begun);
