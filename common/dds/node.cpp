@@ -1,6 +1,7 @@
 #include "common/dds/node.h"
 
 #include <arpa/inet.h>
+#include <pthread.h>
 #include <time.h>
 
 #include <algorithm>
@@ -330,7 +331,7 @@ class ManagedNode : public Node {
     std::unique_lock lock(mutex_);
     while (!stop_.wait_for(lock, kWatchPeriod, [&] { return stopping_; })) {
       lock.unlock();
-      const auto now = Clock::now();
+      auto now = Clock::now();
       std::string cause;
       if (now - last_tick > longest_silence) cause = "the process was frozen";
       if (now - interface_checked >= milliseconds(500)) {
@@ -341,7 +342,8 @@ class ManagedNode : public Node {
         }
       }
       if (!cause.empty() || !core_->participant) {
-        rejoin(cause);
+        // Joining may take long on a loaded computer: that is no silence of the new participant.
+        if (const auto joined = rejoin(cause)) now = interface_seen = *joined;
       } else {
         core_->participant->poll();
         const std::lock_guard endpoints(core_->mutex);
@@ -352,8 +354,10 @@ class ManagedNode : public Node {
     }
   }
 
-  // Only the watch thread exchanges the participant, so it alone may look at it without the gate.
-  void rejoin(const std::string& cause) {
+  // Only the watch thread exchanges the participant, so it alone may look at it without the gate. When the new
+  // participant first announced itself; nothing if it could not join.
+  std::optional<Clock::time_point> rejoin(const std::string& cause) {
+    std::optional<Clock::time_point> joined;
     if (!cause.empty()) log::warn("joining the bus anew: " + cause + " for longer than the participant lease", {{"node", options_.name}});
     core_->gate.begin_closing();
     {
@@ -367,19 +371,25 @@ class ManagedNode : public Node {
     core_->matching.clear();
     try {
       core_->participant = join(find_interface(options_.interface));
+      joined = Clock::now();
       for (Renewable* endpoint : core_->endpoints) endpoint->make(*core_->participant);
       ++core_->rejoins;
+      unjoined_.clear();
     } catch (const std::exception& error) {
-      log::warn(std::string("could not join the bus, trying again: ") + error.what(), {{"node", options_.name}});
+      if (unjoined_ != error.what()) log::warn(std::string("could not join the bus, trying again: ") + error.what(), {{"node", options_.name}});
+      unjoined_ = error.what();
       for (Renewable* endpoint : core_->endpoints) endpoint->drop();
       core_->participant.reset();
+      joined.reset();
     }
+    return joined;
   }
 
   const std::shared_ptr<Core> core_;
   std::mutex mutex_;
   std::condition_variable stop_;
   bool stopping_ = false;
+  std::string unjoined_;  // why the last try to join anew failed; of the watch thread
   std::thread watch_;
 };
 
@@ -465,7 +475,10 @@ struct ReaderThread::Impl {
 ReaderThread::ReaderThread(Node& node, const std::string& topic, const Codec& codec, const Qos& qos,
                            std::function<void(const void*)> callback)
     : impl_(std::make_unique<Impl>(node, topic, codec, qos, std::move(callback))) {
-  impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
+  impl_->thread = std::thread([impl = impl_.get()] {
+    pthread_setname_np(pthread_self(), "periplus-reader");  // as debuggers show it
+    impl->run();
+  });
 }
 
 ReaderThread::~ReaderThread() {

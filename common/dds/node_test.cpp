@@ -1,6 +1,7 @@
 #include "common/dds/node.h"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -8,7 +9,8 @@
 
 #include "common/core/error.h"
 #include "common/dds/codec_impl.h"
-#include "common/dds/testing/test_domain.h"
+#include "common/dds/testing/eventually.h"
+#include "common/dds/testing/vendor_test.h"
 #include "idl/common.h"
 
 namespace periplus::dds {
@@ -16,13 +18,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-template <class Condition>
-bool eventually(Condition condition, std::chrono::milliseconds limit = 10s) {
-  for (const auto end = std::chrono::steady_clock::now() + limit; std::chrono::steady_clock::now() < end; std::this_thread::sleep_for(5ms)) {
-    if (condition()) return true;
-  }
-  return condition();
-}
+using testing::eventually;
 
 class Environment {
  public:
@@ -68,26 +64,22 @@ TEST(NodeOptions, BadValuesAreRefusedWithTheVariablesName) {
   }
 }
 
-class NodeTest : public ::testing::TestWithParam<std::string> {
- protected:
-  std::shared_ptr<Node> node(const std::string& partition = "") {
-    NodeOptions options;
-    options.vendor = GetParam();
-    options.domain = domain_.id();
-    options.partition = partition;
-    return Node::create(options);
-  }
-  testing::TestDomain domain_;
-};
+std::string thread_name() {
+  char name[16] = {};
+  pthread_getname_np(pthread_self(), name, sizeof name);
+  return name;
+}
+
+using NodeTest = testing::VendorTest;
 
 TEST_P(NodeTest, SamplesArriveInOrderOnAThreadOfTheSubscribersOwn) {
   const auto self = node();
   std::vector<std::int64_t> numbers;
   std::atomic<int> count{0};
-  std::thread::id thread;
+  std::string thread;  // of the vendors' threads none has this name
   Subscriber<msg::Cancel> in(*self, "t", qos_stream(200), [&](const msg::Cancel& c) {
     numbers.push_back(c.number());
-    thread = std::this_thread::get_id();
+    thread = thread_name();
     ++count;
   });
   Publisher<msg::Cancel> out(*self, "t", qos_stream(200));
@@ -99,7 +91,7 @@ TEST_P(NodeTest, SamplesArriveInOrderOnAThreadOfTheSubscribersOwn) {
   }
   ASSERT_TRUE(eventually([&] { return count == 100; })) << count;
   for (int i = 0; i < 100; ++i) EXPECT_EQ(numbers[static_cast<std::size_t>(i)], i);
-  EXPECT_NE(thread, std::this_thread::get_id());
+  EXPECT_EQ(thread, "periplus-reader");
 }
 
 TEST_P(NodeTest, PartitionsDoNotHearEachOther) {
@@ -143,7 +135,7 @@ TEST_P(NodeTest, SubscriberEndsAtOnce) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 3s);
 }
 
-INSTANTIATE_TEST_SUITE_P(, NodeTest, ::testing::Values("fastdds", "cyclonedds"));
+INSTANTIATE_TEST_SUITE_P(, NodeTest, testing::each_vendor());
 
 }  // namespace
 }  // namespace periplus::dds

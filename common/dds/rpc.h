@@ -140,7 +140,8 @@ template <class Req, class Rep>
 class RpcClient {
  public:
   RpcClient(Node& node, const std::string& name) : engine_(node, name, detail::rpc_access<Req, Rep>()) {}
-  // Fills the request's header. Several threads may call at once.
+  // Fills the request's header. Several threads may call at once. What `cancelled` throws comes through; the server goes on
+  // then, and its reply is dropped.
   RpcResult call(Req& request, Rep& reply, const CallOptions& options = {}) { return engine_.call(&request, &reply, options); }
   bool wait_for_server(std::chrono::milliseconds timeout) { return engine_.wait_for_server(timeout); }
   int servers() { return engine_.servers(); }

@@ -44,6 +44,45 @@ struct RpcClientEngine::Impl {
     std::function<void(double, const std::string&)> report;
   };
 
+  // Where a call's reply and progress go, from its first request until it returns or throws.
+  class Registration {
+   public:
+    Registration(Impl& owner, std::int64_t call_number, void* reply, const std::function<void(double, const std::string&)>& report)
+        : impl(owner), number(call_number) {
+      const std::lock_guard lock(impl.mutex);
+      impl.pending[number].reply = reply;
+      if (!report) return;
+      listener->report = report;
+      impl.listeners[number] = listener;
+    }
+    ~Registration() {
+      {
+        const std::lock_guard lock(impl.mutex);
+        impl.pending.erase(number);
+        impl.listeners.erase(number);
+      }
+      leave();
+      const std::lock_guard lock(listener->mutex);
+      listener->report = nullptr;
+    }
+    Registration(const Registration&) = delete;
+    Registration& operator=(const Registration&) = delete;
+
+    const std::optional<Guid>& target() const { return target_; }
+    // Takes the instance with the fewest calls as the target; none if there are no candidates.
+    void choose(const std::set<Guid>& candidates) { target_ = impl.choose(candidates); }
+    void leave() {
+      if (target_) impl.release(*target_);
+      target_.reset();
+    }
+
+   private:
+    Impl& impl;
+    const std::int64_t number;
+    const std::shared_ptr<Listener> listener = std::make_shared<Listener>();
+    std::optional<Guid> target_;
+  };
+
   Impl(Node& owner, const std::string& rpc, const RpcAccess& rpc_access)
       : node(owner),
         name(rpc),
@@ -162,18 +201,10 @@ RpcResult RpcClientEngine::Impl::call(void* request, void* reply, const CallOpti
   const auto end = begin + options.deadline;
   const std::int64_t number = ++last_number;
   RpcResult result;
-  auto listener = std::make_shared<Listener>();
-  {
-    const std::lock_guard lock(mutex);
-    pending[number].reply = reply;
-    if (options.progress) {
-      listener->report = options.progress;
-      listeners[number] = listener;
-    }
-  }
+  Registration registered(*this, number, reply, options.progress);
+  const std::optional<Guid>& target = registered.target();
   if (options.progress) watch_progress();
 
-  std::optional<Guid> target;
   bool sent_before = false;
   auto server_by = begin + options.wait_for_server;
   Clock::time_point resend_at{}, silent_since{}, next_poll{};
@@ -229,8 +260,7 @@ RpcResult RpcClientEngine::Impl::call(void* request, void* reply, const CallOpti
         silent_since = now;
       } else if (!matched || now - silent_since > kSilence) {
         log::warn("the server of a call was lost", {{"rpc", name}, {"instance", to_string(*target)}});
-        release(*target);
-        target.reset();
+        registered.leave();
         server_by = now + options.wait_for_server;
         continue;
       }
@@ -240,7 +270,7 @@ RpcResult RpcClientEngine::Impl::call(void* request, void* reply, const CallOpti
       }
       continue;
     }
-    target = choose(there);
+    registered.choose(there);
     if (target) {
       sent_before = true;
       silent_since = now;
@@ -252,15 +282,6 @@ RpcResult RpcClientEngine::Impl::call(void* request, void* reply, const CallOpti
       std::this_thread::sleep_for(milliseconds(5));
     }
   }
-
-  if (target) release(*target);
-  {
-    const std::lock_guard lock(mutex);
-    pending.erase(number);
-    listeners.erase(number);
-  }
-  const std::lock_guard lock(listener->mutex);
-  listener->report = nullptr;
   return result;
 }
 

@@ -6,7 +6,8 @@
 
 #include "common/dds/codec_impl.h"
 #include "common/dds/rpc.h"
-#include "common/dds/testing/test_domain.h"
+#include "common/dds/testing/eventually.h"
+#include "common/dds/testing/vendor_test.h"
 #include "idl/model.h"
 
 namespace periplus::dds {
@@ -17,16 +18,9 @@ using Client = RpcClient<msg::ExportRequest, msg::ExportReply>;
 using Server = RpcServer<msg::ExportRequest, msg::ExportReply>;
 using Clock = std::chrono::steady_clock;
 
-class RpcClientTest : public ::testing::TestWithParam<std::string> {
+class RpcClientTest : public testing::VendorTest {
  protected:
-  void SetUp() override {
-    NodeOptions options;
-    options.vendor = GetParam();
-    options.domain = domain_.id();
-    node_ = Node::create(options);
-  }
-  testing::TestDomain domain_;
-  std::shared_ptr<Node> node_;
+  const std::shared_ptr<Node> node_ = node();
 };
 
 TEST_P(RpcClientTest, SaysNoServerAtOnceAndWaitsWhenAsked) {
@@ -92,7 +86,36 @@ TEST_P(RpcClientTest, ServerThatLeavesIsLostAtOnce) {
   leaves.join();
 }
 
-INSTANTIATE_TEST_SUITE_P(, RpcClientTest, ::testing::Values("fastdds", "cyclonedds"));
+TEST_P(RpcClientTest, CallLeftByAnExceptionOfTheCallersIsForgotten) {
+  Client client(*node_, "a");
+  std::atomic<int> answered{0};
+  const auto handler = [&](const auto& request, auto& reply, RpcContext&) {
+    if (request.format().to_string() == "slow") std::this_thread::sleep_for(300ms);
+    reply.revision(5);
+    ++answered;
+  };
+  const auto one = node(), two = node();
+  const Server first(*one, "a", handler), second(*two, "a", handler);
+  ASSERT_TRUE(testing::eventually([&] { return client.servers() == 2; }));
+  msg::ExportRequest q;
+  msg::ExportReply r;
+  int asked = 0;
+  const auto leave = [&]() -> bool {
+    if (++asked > 1) throw std::runtime_error("enough");  // the first time is before the request goes out
+    return false;
+  };
+  q.format("slow");
+  EXPECT_THROW(client.call(q, r, {.deadline = 10s, .cancelled = leave}), std::runtime_error);
+  q.format("");
+  ASSERT_TRUE(testing::eventually([&] { return answered == 1; }));
+  std::this_thread::sleep_for(200ms);
+  EXPECT_EQ(r.revision(), 0U) << "a reply was written to a caller that had left";
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(client.call(q, r, {.deadline = 10s}).ok());
+  EXPECT_GE(first.statistics().calls, 5U) << "the call that was left still counts as a load";
+  EXPECT_GE(second.statistics().calls, 5U);
+}
+
+INSTANTIATE_TEST_SUITE_P(, RpcClientTest, testing::each_vendor());
 
 }  // namespace
 }  // namespace periplus::dds

@@ -6,7 +6,7 @@
 
 #include "common/dds/codec_impl.h"
 #include "common/dds/rpc.h"
-#include "common/dds/testing/test_domain.h"
+#include "common/dds/testing/vendor_test.h"
 #include "idl/model.h"
 
 namespace periplus::dds {
@@ -16,16 +16,9 @@ using namespace std::chrono_literals;
 using Client = RpcClient<msg::ExportRequest, msg::ExportReply>;
 using Server = RpcServer<msg::ExportRequest, msg::ExportReply>;
 
-class RpcServerTest : public ::testing::TestWithParam<std::string> {
+class RpcServerTest : public testing::VendorTest {
  protected:
-  void SetUp() override {
-    NodeOptions options;
-    options.vendor = GetParam();
-    options.domain = domain_.id();
-    node_ = Node::create(options);
-  }
-  testing::TestDomain domain_;
-  std::shared_ptr<Node> node_;
+  const std::shared_ptr<Node> node_ = node();
 };
 
 TEST_P(RpcServerTest, ErrorsReachTheCallerWithoutHalfMadeReplies) {
@@ -108,7 +101,7 @@ TEST_P(RpcServerTest, ACallOfAnotherInstanceIsNotRun) {
   EXPECT_EQ(runs, 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(, RpcServerTest, ::testing::Values("fastdds", "cyclonedds"));
+INSTANTIATE_TEST_SUITE_P(, RpcServerTest, testing::each_vendor());
 
 }  // namespace
 }  // namespace periplus::dds

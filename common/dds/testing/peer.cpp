@@ -1,13 +1,14 @@
 // The other process of the tests: one node of the vendor asked for, which does what its first argument says until SIGTERM.
 //
 //   dds_peer VENDOR DOMAIN LEASE_MS serve NAME            RPC server; what it does stands in the request's object_id
+//   dds_peer VENDOR DOMAIN LEASE_MS forgetful NAME        the same, forgetting clients that were silent for a second
 //   dds_peer VENDOR DOMAIN LEASE_MS status COUNT          keyed transient-local state, published before anyone listens
 //   dds_peer VENDOR DOMAIN LEASE_MS images COUNT          1.8 MB images once a sample on the topic "go" says that the reader is ready
 //   dds_peer VENDOR DOMAIN LEASE_MS beat                  a status every 50 ms, with the number of rejoins
 //   dds_peer VENDOR DOMAIN LEASE_MS best-effort           a best-effort writer on the topic "mismatch"
 //   dds_peer VENDOR DOMAIN LEASE_MS bad                   broken samples between good ones, keyed and unkeyed
 //
-// Prints "ready" when its node stands.
+// Interface, peers and shared memory come from the environment, as for a service. Prints "ready" when its node stands.
 #include <unistd.h>
 
 #include <atomic>
@@ -36,7 +37,7 @@ void until_stopped() {
   while (!stopped) std::this_thread::sleep_for(20ms);
 }
 
-void serve(dds::Node& node, const std::string& name) {
+void serve(dds::Node& node, const std::string& name, std::chrono::seconds expiry) {
   std::atomic<std::uint32_t> runs{0};
   const dds::RpcServer<msg::ExportRequest, msg::ExportReply> server(
       node, name,
@@ -57,7 +58,7 @@ void serve(dds::Node& node, const std::string& name) {
           }
         }
       },
-      {.threads = 4});
+      {.threads = 4, .expiry = expiry});
   until_stopped();
 }
 
@@ -152,17 +153,16 @@ void publish_bad(dds::Node& node) {
 int main(int argc, char** argv) {
   if (argc < 5) return 2;
   std::signal(SIGTERM, [](int) { stopped = 1; });
-  dds::NodeOptions options;
+  const std::string mode = argv[4], argument = argc > 5 ? argv[5] : "";
+  auto options = dds::NodeOptions::from_environment("peer-" + mode);
   options.vendor = argv[1];
   options.domain = std::atoi(argv[2]);
   options.participant_lease = std::chrono::milliseconds(std::atoi(argv[3]));
-  const std::string mode = argv[4], argument = argc > 5 ? argv[5] : "";
-  options.name = "peer-" + mode;
-  options.shared_memory = !std::getenv("PERIPLUS_SHM") || std::string(std::getenv("PERIPLUS_SHM")) != "0";
   const auto node = dds::Node::create(options);
   std::puts("ready");
   std::fflush(stdout);
-  if (mode == "serve") serve(*node, argument);
+  if (mode == "serve") serve(*node, argument, dds::RpcServerOptions{}.expiry);
+  if (mode == "forgetful") serve(*node, argument, 1s);
   if (mode == "status") publish_status(*node, std::atoi(argument.c_str()));
   if (mode == "images") publish_images(*node, std::atoi(argument.c_str()));
   if (mode == "beat") beat(*node);

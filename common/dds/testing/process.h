@@ -17,18 +17,22 @@ namespace periplus::dds::testing {
 
 class Process {
  public:
-  // Returns when the program has printed its first line.
-  explicit Process(const std::vector<std::string>& arguments) {
+  // Returns when the program has printed its first line. `environment` ("NAME=value") is added to the test's own.
+  explicit Process(const std::vector<std::string>& arguments, const std::vector<std::string>& environment = {}) {
     int out[2];
     if (pipe2(out, O_CLOEXEC) != 0) throw std::runtime_error("pipe");
     std::vector<char*> argv;
     for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
     argv.push_back(nullptr);
+    std::vector<char*> envp;
+    for (const std::string& e : environment) envp.push_back(const_cast<char*>(e.c_str()));
+    for (char** e = environ; *e; ++e) envp.push_back(*e);
+    envp.push_back(nullptr);
     pid_ = fork();
     if (pid_ == 0) {
       prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that crashes leaves nobody on its domain
       dup2(out[1], STDOUT_FILENO);
-      execv(argv[0], argv.data());
+      execve(argv[0], argv.data(), envp.data());
       _exit(127);
     }
     close(out[1]);
