@@ -15,7 +15,7 @@ namespace {
 
 using namespace testing;
 
-const CarvingSettings kSettings;
+const CarvingSettings kModelSettings;
 const Sphere kSphere;
 
 ObjectModel begun(double voxel = 0.01) { return ObjectModel("ball", box_around(kSphere), voxel, {}); }
@@ -34,7 +34,7 @@ TEST(ObjectModel, SixIdealViewsCoverASphere) {
   ObjectModel model = begun();
   double gain = 0;
   for (int n = 0; n < 6; ++n) {
-    const Integration result = model.integrate(ideal_view(kSphere, n, 6), {}, kSettings);
+    const Integration result = model.integrate(ideal_view(kSphere, n, 6), {}, kModelSettings);
     EXPECT_EQ(result.revision, static_cast<std::uint32_t>(n + 1));
     EXPECT_GT(result.found_gain_px, 0);
     EXPECT_EQ(result.counts, model.grid().counts());
@@ -81,15 +81,15 @@ TEST(ObjectModel, NothingUnknownStaysVisibleWhereAViewSawTheSurface) {
     return pixels;
   };
   EXPECT_GT(visible(), 10000u);
-  model.integrate(view, {}, kSettings);
+  model.integrate(view, {}, kModelSettings);
   EXPECT_LT(visible(), 20u);
 }
 
 TEST(ObjectModel, AViewIsIntegratedOnce) {
   ObjectModel model = begun(0.02);
-  const Integration first = model.integrate(ideal_view(kSphere, 0, 4), {}, kSettings);
+  const Integration first = model.integrate(ideal_view(kSphere, 0, 4), {}, kModelSettings);
   const std::string digest = model.digest();
-  EXPECT_EQ(model.integrate(ideal_view(kSphere, 0, 4), {}, kSettings), first);
+  EXPECT_EQ(model.integrate(ideal_view(kSphere, 0, 4), {}, kModelSettings), first);
   EXPECT_EQ(model.digest(), digest);
   EXPECT_EQ(model.state().views.size(), 1u);
 }
@@ -97,12 +97,12 @@ TEST(ObjectModel, AViewIsIntegratedOnce) {
 TEST(ObjectModel, DigestDependsOnWhatWasSeenAndNotOnNames) {
   ObjectModel a = begun(0.02), b = begun(0.02), c = begun(0.02);
   Perception p = ideal_view(kSphere, 0, 4);
-  a.integrate(p, {}, kSettings);
+  a.integrate(p, {}, kModelSettings);
   p.view_id = "another-name";
   p.stamp_ns = 99;
-  b.integrate(p, {}, kSettings);
+  b.integrate(p, {}, kModelSettings);
   p.features[2].size_m += 1e-9;
-  c.integrate(p, {}, kSettings);
+  c.integrate(p, {}, kModelSettings);
   EXPECT_EQ(a.digest(), b.digest());
   EXPECT_NE(a.digest(), c.digest());
   EXPECT_EQ(a.digest().size(), 64u);
@@ -113,16 +113,16 @@ TEST(ObjectModel, BadPerceptionsAreRefusedAndChangeNothing) {
   const std::string digest = model.digest();
   Perception p = ideal_view(kSphere, 0, 4);
   p.depth.clear();
-  EXPECT_THROW(model.integrate(p, {}, kSettings), Error);
+  EXPECT_THROW(model.integrate(p, {}, kModelSettings), Error);
   p = ideal_view(kSphere, 0, 4);
   p.depth[1].depth.data.pop_back();
-  EXPECT_THROW(model.integrate(p, {}, kSettings), Error);
+  EXPECT_THROW(model.integrate(p, {}, kModelSettings), Error);
   p = ideal_view(kSphere, 0, 4);
   p.depth[0].depth.at(4, 4) = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THROW(model.integrate(p, {}, kSettings), Error);
+  EXPECT_THROW(model.integrate(p, {}, kModelSettings), Error);
   p = ideal_view(kSphere, 0, 4);
   p.X_WC.translation().x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(model.integrate(p, {}, kSettings), Error);
+  EXPECT_THROW(model.integrate(p, {}, kModelSettings), Error);
   EXPECT_EQ(model.digest(), digest);
   EXPECT_EQ(model.grid().revision, 0u);
 }
@@ -144,7 +144,7 @@ TEST(ObjectModel, LandmarksStandOnVoxelsThatAreLeft) {
   Feature lost = p.features[0];
   lost.p_W = kSphere.center + 0.24 * (p.X_WC.translation() - kSphere.center).normalized();  // in free space
   p.features.push_back(lost);
-  model.integrate(p, {}, kSettings);
+  model.integrate(p, {}, kModelSettings);
   const auto landmarks = model.landmarks();
   ASSERT_FALSE(landmarks.empty());
   EXPECT_LE(landmarks.size(), 5u);
@@ -155,9 +155,9 @@ TEST(ObjectModel, CautiousViewsEmptyLess) {
   ObjectModel sure = begun(0.02), cautious = begun(0.02);
   Perception p = ideal_view(kSphere, 0, 4);
   p.depth.pop_back();
-  sure.integrate(p, {}, kSettings);
+  sure.integrate(p, {}, kModelSettings);
   p.silhouette_valid_share = 0.3;
-  cautious.integrate(p, {}, kSettings);
+  cautious.integrate(p, {}, kModelSettings);
   EXPECT_GT(sure.grid().counts().empty, 1000u);
   EXPECT_EQ(cautious.grid().counts().empty, 0u);
 }
@@ -173,7 +173,7 @@ TEST(ObjectModel, IntegratesALookAt64VoxelsInTime) {
   const Perception p = ideal_view(kSphere, 0, 4, 640, 480);
   const auto around = table_top(0.8);
   const auto start = std::chrono::steady_clock::now();
-  model.integrate(p, around, kSettings);
+  model.integrate(p, around, kModelSettings);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   RecordProperty("milliseconds", static_cast<int>(seconds * 1000));
   EXPECT_LT(seconds, 5.0);  // some 0.12 s of an idle core; a look takes tens of seconds

@@ -14,7 +14,7 @@
 namespace periplus::wire {
 namespace {
 
-msg::ObjectGrid sample() {
+msg::ObjectGrid sample_grid() {
   voxel::OccupancyGrid grid(voxel::GridGeometry::from_box(make_pose({1, 2, 3}, rotation_from_yaw_pitch_roll(0.3, 0, 0)), {0.2, 0.13, 0.1}, 0.01));
   grid.revision = 7;
   Random random(4);
@@ -26,7 +26,7 @@ msg::ObjectGrid sample() {
 
 template <class Change>
 ErrorCode refusal(Change&& change) {
-  msg::ObjectGrid m = sample();
+  msg::ObjectGrid m = sample_grid();
   change(m);
   try {
     object_from_wire(m);
@@ -37,7 +37,7 @@ ErrorCode refusal(Change&& change) {
 }
 
 TEST(ObjectWire, GridsComeBack) {
-  const msg::ObjectGrid m = sample();
+  const msg::ObjectGrid m = sample_grid();
   const KnownObject o = object_from_wire(m);
   EXPECT_EQ(o.object_id, "bunny");
   EXPECT_EQ(o.revision, 7u);
@@ -70,7 +70,7 @@ TEST(ObjectWire, HostileGridsAreRefused) {
 }
 
 TEST(ObjectWire, BitsBeyondTheGridAndContradictionsAreCleared) {
-  msg::ObjectGrid m = sample();
+  msg::ObjectGrid m = sample_grid();
   for (auto* plane : {&m.occupied(), &m.known(), &m.environment()}) std::fill(plane->begin(), plane->end(), 0xff);
   const auto counts = object_from_wire(m).grid->counts();
   EXPECT_EQ(counts, (voxel::Counts{0, 0, 0, 20 * 13 * 10}));

@@ -2,6 +2,10 @@
 # `main.cpp` to the program, `x_tool.cpp` to a program of its own (`periplus-x`), `bench/` to the benchmarks.
 
 set(PERIPLUS_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Werror)
+if(CMAKE_UNITY_BUILD)
+  # Where several sources are one unit, g++ takes each for a header that others might include.
+  list(APPEND PERIPLUS_WARNINGS -Wno-subobject-linkage)
+endif()
 
 function(periplus_target_defaults target)
   target_compile_options(${target} PRIVATE ${PERIPLUS_WARNINGS})

@@ -9,10 +9,10 @@
 namespace periplus::nbv {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
 TEST(Orientation, WindowIsWhatBothEyesProject) {
-  const StereoRig rig{Pinhole::from_vertical_fov(640, 480, 25 * kDegree), 0.144};
+  const StereoRig rig{Pinhole::from_vertical_fov(640, 480, 25 * kRadiansPerDegree), 0.144};
   const PairWindow window = PairWindow::of(rig, {});
   Random random(5);
   int inside = 0;
@@ -34,7 +34,7 @@ TEST(Orientation, WindowIsWhatBothEyesProject) {
 }
 
 TEST(Orientation, PrefersTheGreaterClusterAndKeepsThePitch) {
-  const StereoRig rig{Pinhole::from_vertical_fov(640, 480, 25 * kDegree), 0.144};
+  const StereoRig rig{Pinhole::from_vertical_fov(640, 480, 25 * kRadiansPerDegree), 0.144};
   const PairWindow window = PairWindow::of(rig, {});
   Random random(6);
   Directions points;

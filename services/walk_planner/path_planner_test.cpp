@@ -11,7 +11,7 @@
 namespace periplus::walk {
 namespace {
 
-scene::Solid box(const Eigen::Vector3d& size, const Eigen::Vector3d& center) {
+scene::Solid box_at(const Eigen::Vector3d& size, const Eigen::Vector3d& center) {
   scene::Solid s;
   s.name = "box";
   s.size = size;
@@ -50,7 +50,7 @@ ErrorCode refusal(const FloorSpace& floor, const Pose2& start, const Pose2& goal
 }
 
 TEST(PathPlanner, GoesAroundAWall) {
-  const FloorSpace floor = floor_with({box({0.2, 4.0, 1.8}, {0, -1, 0.9})});
+  const FloorSpace floor = floor_with({box_at({0.2, 4.0, 1.8}, {0, -1, 0.9})});
   const Path path = plan_path(floor, {-1.5, -1.5, 0}, {1.5, -1.5, 0}, 7);
   EXPECT_EQ(path.poses.front().x, -1.5);
   EXPECT_EQ(path.poses.back().x, 1.5);
@@ -74,17 +74,17 @@ TEST(PathPlanner, SideStepsWhenItIsShort) {
 TEST(PathPlanner, TellsWhyThereIsNoPath) {
   PathSettings quick;
   quick.samples = 600;
-  const std::vector<scene::Solid> cell{box({2, 0.1, 2}, {1, 1, 1}), box({2, 0.1, 2}, {1, -1, 1}),
-                                       box({0.1, 2, 2}, {0, 0, 1}), box({0.1, 2, 2}, {2, 0, 1})};
+  const std::vector<scene::Solid> cell{box_at({2, 0.1, 2}, {1, 1, 1}), box_at({2, 0.1, 2}, {1, -1, 1}),
+                                       box_at({0.1, 2, 2}, {0, 0, 1}), box_at({0.1, 2, 2}, {2, 0, 1})};
   EXPECT_EQ(refusal(floor_with(cell), {-2, 0, 0}, {1, 0, 0}, quick), ErrorCode::walk_no_path);
-  const std::vector<scene::Solid> pillar{box({0.5, 0.5, 2}, {1, 0, 1})};
+  const std::vector<scene::Solid> pillar{box_at({0.5, 0.5, 2}, {1, 0, 1})};
   EXPECT_EQ(refusal(floor_with(pillar), {-2, 0, 0}, {1, 0, 0}), ErrorCode::walk_goal_in_collision);
   EXPECT_EQ(refusal(floor_with(pillar), {1, 0, 0}, {-2, 0, 0}), ErrorCode::walk_start_in_collision);
 }
 
 TEST(PathPlanner, StandsNearATable) {
   // The box would touch the table's edge at the goal, the robot itself does not.
-  const FloorSpace floor = floor_with({box({0.7, 0.7, 0.7}, {0, 0, 0.35})});
+  const FloorSpace floor = floor_with({box_at({0.7, 0.7, 0.7}, {0, 0, 0.35})});
   EXPECT_EQ(floor.blocked({-0.55, 0, 0}), Blocked::by_scene);
   EXPECT_EQ(refusal(floor, {-2, 0, 0}, {-0.55, 0, 0}), ErrorCode::ok);
 }
@@ -95,7 +95,7 @@ TEST(PathPlanner, RandomRoomsGiveFreePathsAndTheSameOnesAgain) {
   for (int n = 0; n < 25; ++n) {
     std::vector<scene::Solid> solids;
     for (int k = 0; k < 5; ++k)
-      solids.push_back(box({random.uniform(0.2, 1), random.uniform(0.2, 1), 1.5},
+      solids.push_back(box_at({random.uniform(0.2, 1), random.uniform(0.2, 1), 1.5},
                            {random.uniform(-2, 2), random.uniform(-2, 2), 0.75}));
     const FloorSpace floor = floor_with(solids);
     const auto pose = [&random] {
