@@ -17,8 +17,9 @@ function(periplus_idl target)
     list(APPEND abs ${p})
     list(APPEND srcs ${gen}/${n}.cxx)
     list(APPEND outs ${gen}/${n}.cxx ${gen}/${n}.h)
-    list(APPEND seds ${tmp}/${n}.cxx)
-    list(APPEND copies COMMAND ${CMAKE_COMMAND} -E copy_if_different ${tmp}/${n}.cxx ${tmp}/${n}.h ${gen})
+    list(APPEND generated ${tmp}/${n}.cxx)
+    list(APPEND copies COMMAND ${CMAKE_COMMAND} -E copy_if_different ${tmp}/${n}.cxx.checked ${gen}/${n}.cxx
+                       COMMAND ${CMAKE_COMMAND} -E copy_if_different ${tmp}/${n}.h ${gen})
   endforeach()
   list(REMOVE_DUPLICATES dirs)
   foreach(d ${dirs})
@@ -27,13 +28,10 @@ function(periplus_idl target)
   add_custom_command(OUTPUT ${root}/stamp BYPRODUCTS ${outs}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${tmp} ${gen}
     COMMAND "${FASTDDSGEN}" -cs -replace ${includes} -d ${tmp} -t ${tmp} ${abs}
-    COMMAND sed -i "s#// m_\\([a-z_A-Z0-9]*\\) com.eprosima.*#// m_\\1#" ${seds}  # drop Java identity hashes: reproducible output
-    # Members are read through checks (common/dds/bounded_read.h).
-    COMMAND sed -i -e "s|^#include <fastcdr/Cdr.h>|&\\n#include \"common/dds/bounded_read.h\"|" -e "s#dcdr >> \\(m_[A-Za-z0-9_]*\\);#periplus::dds::read_checked(dcdr, \\1);#"
-      -e "s#\\(m_[A-Za-z0-9_]*\\) = aux.c_str();#periplus::dds::assign_bounded(\\1, aux);#" ${seds}
+    COMMAND awk -f ${CMAKE_SOURCE_DIR}/idl/checked_reads.awk ${abs} ${generated}
     ${copies}
     COMMAND ${CMAKE_COMMAND} -E touch ${root}/stamp
-    DEPENDS ${abs} COMMENT "fastddsgen ${target}" VERBATIM)
+    DEPENDS ${abs} ${CMAKE_SOURCE_DIR}/idl/checked_reads.awk COMMENT "fastddsgen ${target}" VERBATIM)
   add_custom_target(${target}_stamp DEPENDS ${root}/stamp)
   add_library(${target} STATIC ${srcs})
   add_dependencies(${target} ${target}_stamp)

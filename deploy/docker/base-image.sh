@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Makes the image periplus-base, a minimal Debian 12, with mmdebstrap, for machines that can pull no image. Does nothing if the
-# image is there. Runs as root or with sudo; installs mmdebstrap if it is missing.
+# Makes the image debian:bookworm with mmdebstrap, from Debian's own packages, for machines that can pull no image. Does nothing
+# if the image is there. Runs as root or with sudo; installs mmdebstrap if it is missing.
 set -euo pipefail
-docker image inspect periplus-base >/dev/null 2>&1 && { echo "periplus-base is there"; exit 0; }
+image=debian:bookworm
+docker image inspect "$image" >/dev/null 2>&1 && { echo "$image is there"; exit 0; }
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi; }
 if ! command -v mmdebstrap >/dev/null; then
   as_root env DEBIAN_FRONTEND=noninteractive apt-get update -q >/dev/null
@@ -12,5 +13,5 @@ folder=$(mktemp -d)
 trap 'as_root rm -rf "$folder"' EXIT
 as_root mmdebstrap --quiet --variant=minbase --include=ca-certificates bookworm "$folder/base.tar"
 as_root chmod a+r "$folder/base.tar"
-docker import "$folder/base.tar" periplus-base >/dev/null
-echo "periplus-base made"
+docker import "$folder/base.tar" "$image" >/dev/null
+echo "$image made"
