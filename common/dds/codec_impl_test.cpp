@@ -5,9 +5,12 @@
 
 #include "common/core/random.h"
 #include "common/dds/testing/allocations.h"
+#include "idl/bounded_read.h"
 #include "idl/common.h"
 #include "idl/model.h"
+#include "idl/motion.h"
 #include "idl/nbv.h"
+#include "idl/posture.h"
 #include "idl/ros2.h"
 #include "idl/supervisor.h"
 #include "idl/vision.h"
@@ -88,8 +91,8 @@ TEST(Codec, EveryTruncationIsABadSample) {
 
 TEST(Codec, StringLongerThanItsBoundIsABadSample) {
   // A header of 40 octets and number, then the identifier: its bound is 64.
-  msg::CaptureRequest request;
-  request.view_id("v");
+  msg::PublishRequest request;
+  request.object_id("v");
   auto bytes = encode(request);
   const std::size_t at = bytes.size() - 2 - 4;
   for (const std::uint32_t length : {64U, 65U}) {
@@ -98,9 +101,71 @@ TEST(Codec, StringLongerThanItsBoundIsABadSample) {
     longer.insert(longer.end(), {static_cast<std::uint8_t>(length + 1), 0, 0, 0});
     longer.insert(longer.end(), length, 'x');
     longer.push_back(0);
-    msg::CaptureRequest back;
-    EXPECT_EQ(codec<msg::CaptureRequest>().decode(longer.data(), longer.size(), &back), length == 64) << length;
+    msg::PublishRequest back;
+    EXPECT_EQ(codec<msg::PublishRequest>().decode(longer.data(), longer.size(), &back), length == 64) << length;
   }
+}
+
+template <class T>
+bool survives(const T& sample) {
+  const auto bytes = encode(sample);
+  T back;
+  return codec<T>().decode(bytes.data(), bytes.size(), &back);
+}
+
+TEST(Codec, SequenceLongerThanItsBoundIsABadSample) {
+  for (const std::size_t over : {0U, 1U}) {
+    msg::PlanViewRequest plan;
+    plan.forbidden().resize(256 + over);  // structures
+    EXPECT_EQ(survives(plan), over == 0);
+    msg::WalkRequest walk;
+    walk.steps().resize(1024 + over);
+    EXPECT_EQ(survives(walk), over == 0);
+    msg::PostureRequest posture;
+    posture.start().resize(256 + over);  // numbers
+    EXPECT_EQ(survives(posture), over == 0);
+    auto seen = perception();
+    seen.features()[2].descriptor().resize(512 + over);  // within a sequence of structures
+    EXPECT_EQ(survives(seen), over == 0);
+    msg::ModelFile file;
+    file.data().resize((64U << 20) + over);  // of a type with a name
+    EXPECT_EQ(survives(file), over == 0);
+  }
+  sensor_msgs::msg::dds_::Image_ image;  // as in ROS 2: without bound
+  image.data().resize(65U << 20);
+  EXPECT_TRUE(survives(image));
+}
+
+// A length over the bound is refused before anything of the sequence is read.
+TEST(Codec, HostileLengthOverItsBoundAllocatesNothing) {
+  msg::PlanViewRequest plan;
+  plan.plan_id("p");
+  plan.forbidden().resize(200);
+  auto bytes = encode(plan);
+  std::size_t at = 0;
+  while (at + 4 < bytes.size() && !(bytes[at] == 200 && bytes[at + 1] == 0 && bytes[at + 2] == 0 && bytes[at + 3] == 0)) ++at;
+  bytes[at + 1] = 1;  // 456
+  msg::PlanViewRequest back;
+  largest_allocation() = 0;
+  EXPECT_FALSE(codec<msg::PlanViewRequest>().decode(bytes.data(), bytes.size(), &back));
+  EXPECT_LT(largest_allocation(), 1024U);
+}
+
+TEST(Codec, ArraysOfSequencesAreReadThroughTheChecks) {
+  std::array<std::vector<std::string>, 2> array, back;
+  array[0] = {"a", "b"};
+  eprosima::fastcdr::FastBuffer buffer;
+  eprosima::fastcdr::Cdr out(buffer);
+  out << array[0] << array[1];
+  eprosima::fastcdr::FastBuffer good(buffer.getBuffer(), out.getSerializedDataLength());
+  eprosima::fastcdr::Cdr in(good);
+  idl::read_checked(in, back);
+  EXPECT_EQ(back, array);
+  buffer.getBuffer()[3] = 0x7f;  // 2 becomes two thousand million
+  eprosima::fastcdr::Cdr hostile(good);
+  largest_allocation() = 0;
+  EXPECT_ANY_THROW(idl::read_checked(hostile, back));
+  EXPECT_LT(largest_allocation(), 4096U);
 }
 
 // A length of four thousand million elements in front of a few bytes must not be believed.
