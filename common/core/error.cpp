@@ -20,6 +20,7 @@ const char* to_string(ErrorCode code) {
     case ErrorCode::vision_image_bad: return "vision_image_bad";
     case ErrorCode::vision_view_unknown: return "vision_view_unknown";
     case ErrorCode::vision_no_depth: return "vision_no_depth";
+    case ErrorCode::vision_revision_not_here: return "vision_revision_not_here";
     case ErrorCode::model_object_unknown: return "model_object_unknown";
     case ErrorCode::model_perception_not_here: return "model_perception_not_here";
     case ErrorCode::model_environment_missing: return "model_environment_missing";
@@ -38,6 +39,7 @@ const char* to_string(ErrorCode code) {
     case ErrorCode::motion_robot_silent: return "motion_robot_silent";
     case ErrorCode::motion_joint_limit: return "motion_joint_limit";
     case ErrorCode::motion_busy: return "motion_busy";
+    case ErrorCode::motion_revision_not_here: return "motion_revision_not_here";
     case ErrorCode::supervisor_busy: return "supervisor_busy";
     case ErrorCode::supervisor_bad_task: return "supervisor_bad_task";
     case ErrorCode::supervisor_no_such_run: return "supervisor_no_such_run";

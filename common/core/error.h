@@ -24,6 +24,7 @@ enum class ErrorCode : std::int32_t {
   vision_image_bad = 102,          // truncated, wrong size, encoding or stamp
   vision_view_unknown = 103,
   vision_no_depth = 104,           // a blank or unmatched eye: too few valid pixels
+  vision_revision_not_here = 105,
   model_object_unknown = 201,
   model_perception_not_here = 202, // asked for a view whose perception has not arrived
   model_environment_missing = 203,
@@ -42,6 +43,7 @@ enum class ErrorCode : std::int32_t {
   motion_robot_silent = 603,
   motion_joint_limit = 604,
   motion_busy = 605,
+  motion_revision_not_here = 606,
   supervisor_busy = 701,
   supervisor_bad_task = 702,
   supervisor_no_such_run = 703,

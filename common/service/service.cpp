@@ -8,10 +8,13 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <condition_variable>
+#include <cstdio>
 #include <iostream>
 #include <mutex>
+#include <random>
 #include <thread>
 
+#include "common/core/clock.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/version.h"
@@ -35,6 +38,13 @@ std::string host_name() {
   char name[65] = {};
   if (::gethostname(name, sizeof name - 1) != 0 || !*name) return "host";
   return name;
+}
+
+// Tells apart what a host's name and a process' number do not: containers may share both.
+std::string random_suffix() {
+  char text[9];
+  std::snprintf(text, sizeof text, "%08x", std::random_device{}());
+  return text;
 }
 
 // Numerical libraries must neither fight for the cores nor change results with their number. OpenBLAS reads its variable
@@ -63,7 +73,7 @@ class ServiceImpl final : public Service {
       for (char& c : dashed)
         if (c == '_') c = '-';
       node_ = dds::Node::create(dds::NodeOptions::from_environment(dashed));
-      instance_ = clipped(dashed + "-" + clipped(host_name(), 40) + "-" + std::to_string(::getpid()), 96);
+      instance_ = clipped(dashed + "-" + clipped(host_name(), 40) + "-" + std::to_string(::getpid()) + "-" + random_suffix(), 96);
       status_ = std::make_unique<dds::Publisher<msg::ServiceStatus>>(*node_, "periplus/service/status", dds::qos_latest());
       metrics_ = std::make_unique<dds::Publisher<msg::ServiceMetrics>>(*node_, "periplus/service/metrics", dds::qos_latest());
       heart_ = std::thread([this] { beat(); });
@@ -72,6 +82,10 @@ class ServiceImpl final : public Service {
     return *node_;
   }
 
+  std::string instance() const override {
+    const std::lock_guard lock(node_mutex_);
+    return instance_;
+  }
   const config::Node& configuration() const override { return configuration_; }
   bool check_only() const override { return check_only_; }
 
@@ -194,7 +208,7 @@ class ServiceImpl final : public Service {
       status.state(state_);
       status.detail(clipped(detail_, 256));
     }
-    status.wall_time_ns(std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count());
+    status.wall_time_ns(wall_time_ns());
     status.uptime_s(std::chrono::duration<double>(Clock::now() - begin_).count());
     status.bad_samples(node_->bad_samples.load());
     status_->publish(status);
@@ -237,7 +251,7 @@ class ServiceImpl final : public Service {
   std::mutex statistics_mutex_;
   std::vector<std::function<dds::RpcStatistics()>> statistics_;
 
-  std::mutex node_mutex_;
+  mutable std::mutex node_mutex_;
   std::shared_ptr<dds::Node> node_;
   std::unique_ptr<dds::Publisher<msg::ServiceStatus>> status_;
   std::unique_ptr<dds::Publisher<msg::ServiceMetrics>> metrics_;

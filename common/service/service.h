@@ -49,6 +49,8 @@ class Service {
   virtual ~Service() = default;
 
   virtual dds::Node& node() = 0;                       // created on first use
+  // This instance's name in its heartbeats, unlike that of any other; empty before it joined.
+  virtual std::string instance() const { return {}; }
   virtual const config::Node& configuration() const = 0;
   virtual bool check_only() const = 0;                 // --check or --print-config: read the configuration, then return
 
@@ -59,7 +61,8 @@ class Service {
 
   virtual bool stopping() const = 0;
   virtual void stop() = 0;                             // as SIGTERM
-  // Returns once stopped, when the servers made by serve() have ended: what their handlers use must live until then.
+  // Returns once stopped. Servers made by serve() go on until their owners let go of them: what their handlers use must
+  // outlive that.
   virtual void wait_until_stopped() = 0;
   // True once stopped, as above; false after the time.
   virtual bool wait_until_stopped(std::chrono::milliseconds) = 0;

@@ -13,15 +13,16 @@
 
 namespace periplus::wire {
 
-namespace {
-constexpr std::size_t kRevisionsKept = 4;
-}
-
 struct Knowledge::Impl {
   mutable std::mutex mutex;
   mutable std::condition_variable changed;
-  std::shared_ptr<const KnownEnvironment> environment;
-  std::map<std::string, std::deque<std::shared_ptr<const KnownObject>>> objects;  // oldest revision first
+  std::deque<std::shared_ptr<const KnownEnvironment>> environments;  // the one heard of last at the end
+  struct Revisions {
+    std::deque<std::shared_ptr<const KnownObject>> kept;  // oldest revision first
+    std::uint64_t heard = 0;                              // count of samples when it was last heard of
+  };
+  std::map<std::string, Revisions> objects;
+  std::uint64_t samples = 0;
   std::unique_ptr<dds::Subscriber<msg::Environment>> environments_in;
   std::unique_ptr<dds::Subscriber<msg::ObjectGrid>> objects_in;
 
@@ -29,14 +30,19 @@ struct Knowledge::Impl {
     {
       // The same texts again (a republication) need not be parsed again.
       std::lock_guard lock(mutex);
-      if (environment && environment->revision == sample.revision().to_string() &&
-          environment->scene_id == sample.scene_id().to_string())
+      const auto same = std::find_if(environments.begin(), environments.end(), [&](const auto& e) {
+        return e->revision == sample.revision().to_string() && e->scene_id == sample.scene_id().to_string();
+      });
+      if (same != environments.end()) {
+        std::rotate(same, same + 1, environments.end());
         return;
+      }
     }
     try {
       auto known = std::make_shared<const KnownEnvironment>(environment_from_wire(sample));
       std::lock_guard lock(mutex);
-      environment = std::move(known);
+      environments.push_back(std::move(known));
+      if (environments.size() > kEnvironmentsKept) environments.pop_front();
     } catch (const std::exception& e) {
       log::warn("environment refused", {{"reason", e.what()}});
       return;
@@ -48,11 +54,15 @@ struct Knowledge::Impl {
     try {
       auto known = std::make_shared<const KnownObject>(object_from_wire(sample));
       std::lock_guard lock(mutex);
-      auto& revisions = objects[known->object_id];
+      Revisions& revisions = objects[known->object_id];
+      revisions.heard = ++samples;
       // A revision that is not newer means that the object was begun again: what came before it is void.
-      std::erase_if(revisions, [&](const auto& old) { return old->revision >= known->revision; });
-      revisions.push_back(std::move(known));
-      if (revisions.size() > kRevisionsKept) revisions.pop_front();
+      std::erase_if(revisions.kept, [&](const auto& old) { return old->revision >= known->revision; });
+      revisions.kept.push_back(std::move(known));
+      if (revisions.kept.size() > kRevisionsKept) revisions.kept.pop_front();
+      if (objects.size() > kObjectsKept)
+        objects.erase(std::min_element(objects.begin(), objects.end(),
+                                       [](const auto& a, const auto& b) { return a.second.heard < b.second.heard; }));
     } catch (const std::exception& e) {
       log::warn("object grid refused", {{"reason", e.what()}});
       return;
@@ -66,7 +76,7 @@ Knowledge::Knowledge(dds::Node& node) : impl_(std::make_unique<Impl>()) {
   impl_->environments_in = std::make_unique<dds::Subscriber<msg::Environment>>(
       node, "periplus/environment", dds::qos_latest(), [impl](const msg::Environment& m) { impl->take(m); });
   impl_->objects_in = std::make_unique<dds::Subscriber<msg::ObjectGrid>>(
-      node, "periplus/object", dds::qos_latest(kRevisionsKept), [impl](const msg::ObjectGrid& m) { impl->take(m); });
+      node, "periplus/object", dds::qos_latest(static_cast<int>(kRevisionsKept)), [impl](const msg::ObjectGrid& m) { impl->take(m); });
 }
 
 Knowledge::~Knowledge() {
@@ -75,10 +85,24 @@ Knowledge::~Knowledge() {
   impl_->objects_in.reset();
 }
 
-std::shared_ptr<const KnownEnvironment> Knowledge::environment(std::chrono::milliseconds timeout) const {
+std::shared_ptr<const KnownEnvironment> Knowledge::environment(const std::string& revision, std::chrono::milliseconds timeout) const {
   std::unique_lock lock(impl_->mutex);
-  impl_->changed.wait_for(lock, timeout, [&] { return impl_->environment != nullptr; });
-  return impl_->environment;
+  std::shared_ptr<const KnownEnvironment> found;
+  impl_->changed.wait_for(lock, timeout, [&] {
+    for (const auto& e : impl_->environments)
+      if (e->revision == revision) found = e;
+    return found != nullptr;
+  });
+  return found;
+}
+
+std::shared_ptr<const KnownEnvironment> Knowledge::environment_or_throw(const std::string& revision, ErrorCode not_here,
+                                                                        std::chrono::milliseconds timeout) const {
+  auto found = environment(revision, timeout);
+  require(found != nullptr, not_here,
+          "the environment of revision " + revision.substr(0, 12) +
+              " has not arrived here; set it with model/set_environment, or have it published again with model/publish");
+  return found;
 }
 
 std::shared_ptr<const KnownObject> Knowledge::object(const std::string& object_id, std::uint32_t revision,
@@ -88,8 +112,9 @@ std::shared_ptr<const KnownObject> Knowledge::object(const std::string& object_i
   impl_->changed.wait_for(lock, timeout, [&] {
     const auto object = impl_->objects.find(object_id);
     if (object == impl_->objects.end()) return false;
-    const auto it = std::find_if(object->second.begin(), object->second.end(), [&](const auto& o) { return o->revision == revision; });
-    if (it == object->second.end()) return false;
+    const auto& kept = object->second.kept;
+    const auto it = std::find_if(kept.begin(), kept.end(), [&](const auto& o) { return o->revision == revision; });
+    if (it == kept.end()) return false;
     found = *it;
     return true;
   });

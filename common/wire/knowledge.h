@@ -1,5 +1,5 @@
-// What the model server knows, as its readers see it: the environment, the robot and the newest revisions of objects,
-// from the topics periplus/environment and periplus/object.
+// What the model server knows, as its readers see it: the newest environments (each with its robot) and the newest revisions
+// of objects, from the topics periplus/environment and periplus/object.
 #pragma once
 
 #include <chrono>
@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/error.h"
 #include "common/dds/node.h"
 #include "common/object_model/perception.h"
 #include "common/robot/robot_model.h"
@@ -30,15 +31,22 @@ struct KnownObject {
   std::vector<object_model::Landmark> landmarks;
 };
 
-// Thread-safe. Bad samples are logged and dropped.
+// Thread-safe. Bad samples are logged and dropped. What is kept is bounded: kEnvironmentsKept environments, kObjectsKept objects
+// (those heard of last), of each kRevisionsKept revisions.
 class Knowledge {
  public:
+  static constexpr std::size_t kEnvironmentsKept = 4, kObjectsKept = 8, kRevisionsKept = 4;
+
   explicit Knowledge(dds::Node& node);
   ~Knowledge();
 
-  // Waits up to `timeout`; nullptr if none arrived.
-  std::shared_ptr<const KnownEnvironment> environment(std::chrono::milliseconds timeout = std::chrono::seconds(2)) const;
-  // That very revision (the last four of each object are kept); nullptr if it did not arrive in time.
+  // The environment of that very revision (SHA-256 of its texts), waiting up to `timeout`; nullptr if it did not arrive.
+  std::shared_ptr<const KnownEnvironment> environment(const std::string& revision,
+                                                      std::chrono::milliseconds timeout = std::chrono::seconds(2)) const;
+  // As above, but throws Error(not_here) with a sentence that says what to do.
+  std::shared_ptr<const KnownEnvironment> environment_or_throw(const std::string& revision, ErrorCode not_here,
+                                                               std::chrono::milliseconds timeout = std::chrono::seconds(2)) const;
+  // That very revision; nullptr if it did not arrive in time.
   std::shared_ptr<const KnownObject> object(const std::string& object_id, std::uint32_t revision,
                                             std::chrono::milliseconds timeout = std::chrono::seconds(2)) const;
 

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/dds/codec_impl.h"
+#include "common/dds/testing/test_domain.h"
 #include "common/wire/object_wire.h"
 #include "common/wire/testing/environment_texts.h"
 
@@ -20,18 +21,19 @@ std::shared_ptr<dds::Node> node_on(int domain) {
   return dds::Node::create(options);
 }
 
-msg::ObjectGrid grid_of_revision(std::uint32_t revision) {
+msg::ObjectGrid grid_of_revision(std::uint32_t revision, const std::string& object_id = "cup") {
   voxel::OccupancyGrid grid(voxel::GridGeometry::from_box(Pose::Identity(), {0.1, 0.1, 0.1}, 0.01));
   grid.revision = revision;
-  return object_to_wire("cup", grid, {});
+  return object_to_wire(object_id, grid, {});
 }
 
 TEST(Knowledge, HearsEnvironmentAndRevisionsAndForgetsOldOnes) {
-  const auto node = node_on(61);
+  const dds::testing::TestDomain domain;
+  const auto node = node_on(domain.id());
   dds::Publisher<msg::Environment> environments(*node, "periplus/environment", dds::qos_latest());
   dds::Publisher<msg::ObjectGrid> objects(*node, "periplus/object", dds::qos_latest());
   const Knowledge knowledge(*node);
-  EXPECT_EQ(knowledge.environment(10ms), nullptr);
+  EXPECT_EQ(knowledge.environment("none", 10ms), nullptr);
   EXPECT_EQ(knowledge.object("cup", 1, 10ms), nullptr);
 
   const auto t = testing::environment_texts();
@@ -39,7 +41,7 @@ TEST(Knowledge, HearsEnvironmentAndRevisionsAndForgetsOldOnes) {
   environments.publish(broken);  // logged and dropped
   const msg::Environment good = environment_to_wire("room", t.scene_yaml, t.robot_yaml, t.robot_urdf);
   environments.publish(good);
-  const auto known = knowledge.environment(10s);
+  const auto known = knowledge.environment(good.revision().to_string(), 10s);
   ASSERT_NE(known, nullptr);
   EXPECT_EQ(known->revision, good.revision().to_string());
   EXPECT_EQ(known->scene_id, "room");
@@ -63,8 +65,60 @@ TEST(Knowledge, HearsEnvironmentAndRevisionsAndForgetsOldOnes) {
   EXPECT_NE(knowledge.object("cup", 3, 10ms), nullptr);
 }
 
+TEST(Knowledge, GivesTheEnvironmentAskedForAndNoOther) {
+  const dds::testing::TestDomain domain;
+  const auto node = node_on(domain.id());
+  dds::Publisher<msg::Environment> environments(*node, "periplus/environment", dds::qos_latest());
+  const Knowledge knowledge(*node);
+  const auto t = testing::environment_texts();
+  const auto publish = [&](int n, const std::string& scene_id = "room") {
+    const msg::Environment e =
+        environment_to_wire(scene_id, t.scene_yaml + "# " + std::to_string(n) + "\n", t.robot_yaml, t.robot_urdf);
+    environments.publish(e);
+    return e.revision().to_string();
+  };
+  const std::string first = publish(0);
+  ASSERT_NE(knowledge.environment(first, 10s), nullptr);
+  const std::string second = publish(1);
+  ASSERT_NE(knowledge.environment(second, 10s), nullptr);
+  ASSERT_NE(knowledge.environment(first, 0ms), nullptr);
+  EXPECT_EQ(knowledge.environment(first, 0ms)->revision, first);   // the later one of the same scene does not take its place
+  EXPECT_EQ(knowledge.environment("elsewhere", 10ms), nullptr);
+  try {
+    knowledge.environment_or_throw("elsewhere", ErrorCode::walk_revision_not_here, 10ms);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::walk_revision_not_here);
+    EXPECT_NE(std::string(e.what()).find("model/publish"), std::string::npos) << e.what();
+  }
+  // Heard of again, the first one outlives those that came after it; the oldest goes when there are too many.
+  publish(0);
+  for (int n = 2; n < 5; ++n) ASSERT_NE(knowledge.environment(publish(n, "room" + std::to_string(n)), 10s), nullptr) << n;
+  EXPECT_NE(knowledge.environment(first, 0ms), nullptr);
+  EXPECT_EQ(knowledge.environment(second, 0ms), nullptr);
+}
+
+TEST(Knowledge, ForgetsTheObjectsHeardOfLongestAgo) {
+  const dds::testing::TestDomain domain;
+  const auto node = node_on(domain.id());
+  dds::Publisher<msg::ObjectGrid> objects(*node, "periplus/object", dds::qos_latest());
+  const Knowledge knowledge(*node);
+  const auto name = [](std::size_t n) { return "cup" + std::to_string(n); };
+  for (std::size_t n = 0; n < Knowledge::kObjectsKept; ++n) {
+    objects.publish(grid_of_revision(1, name(n)));
+    ASSERT_NE(knowledge.object(name(n), 1, 10s), nullptr) << n;
+  }
+  objects.publish(grid_of_revision(2, name(0)));
+  ASSERT_NE(knowledge.object(name(0), 2, 10s), nullptr);
+  objects.publish(grid_of_revision(1, "one-more"));
+  ASSERT_NE(knowledge.object("one-more", 1, 10s), nullptr);
+  EXPECT_NE(knowledge.object(name(0), 2, 0ms), nullptr);
+  EXPECT_EQ(knowledge.object(name(1), 1, 0ms), nullptr);
+}
+
 TEST(Knowledge, LateJoinersHearTheNewest) {
-  const auto node = node_on(62);
+  const dds::testing::TestDomain domain;
+  const auto node = node_on(domain.id());
   dds::Publisher<msg::ObjectGrid> objects(*node, "periplus/object", dds::qos_latest());
   objects.publish(grid_of_revision(1));
   objects.publish(grid_of_revision(2));

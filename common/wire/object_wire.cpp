@@ -1,6 +1,7 @@
 #include "common/wire/object_wire.h"
 
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
 #include "common/core/error.h"
@@ -28,20 +29,24 @@ std::vector<std::uint64_t> plane_from_wire(const std::vector<std::uint8_t>& octe
   return plane;
 }
 
-void hash_text(Sha256& hash, std::string_view text) {
-  hash.update(std::to_string(text.size()) + "\n");
-  hash.update(text);
+std::string hash_of_texts(std::initializer_list<std::string_view> texts) {
+  Sha256 hash;
+  for (const std::string_view text : texts) {
+    hash.update(std::to_string(text.size()) + "\n");
+    hash.update(text);
+  }
+  return hash.hex();
 }
 
 }  // namespace
 
 std::string environment_revision(std::string_view scene_yaml, std::string_view robot_yaml, std::string_view robot_urdf) {
-  Sha256 hash;
-  hash_text(hash, scene_yaml);
-  hash_text(hash, robot_yaml);
-  hash_text(hash, robot_urdf);
-  return hash.hex();
+  return hash_of_texts({scene_yaml, robot_yaml, robot_urdf});
 }
+
+std::string scene_revision(std::string_view scene_yaml) { return hash_of_texts({scene_yaml}); }
+
+std::string robot_revision(std::string_view robot_yaml, std::string_view robot_urdf) { return hash_of_texts({robot_yaml, robot_urdf}); }
 
 msg::Environment environment_to_wire(std::string_view scene_id, std::string_view scene_yaml, std::string_view robot_yaml,
                                      std::string_view robot_urdf) {
@@ -57,21 +62,27 @@ msg::Environment environment_to_wire(std::string_view scene_id, std::string_view
   return m;
 }
 
+msg::Environment environment_to_wire(const scene::EnvironmentTexts& t) {
+  return environment_to_wire(t.scene_id, t.scene_yaml, t.robot_yaml, t.robot_urdf);
+}
+
+scene::EnvironmentTexts texts_from_wire(const msg::Environment& m) {
+  return {id_from_wire(m.scene_id(), "the scene's id"), text_from_wire(m.scene_yaml()), text_from_wire(m.robot_yaml()), text_from_wire(m.robot_urdf())};
+}
+
 KnownEnvironment environment_from_wire(const msg::Environment& m) {
   KnownEnvironment e;
-  e.scene_id = id_from_wire(m.scene_id(), "the scene's id");
-  const std::string scene_yaml = text_from_wire(m.scene_yaml());
-  const std::string robot_yaml = text_from_wire(m.robot_yaml());
-  const std::string robot_urdf = text_from_wire(m.robot_urdf());
-  require(!scene_yaml.empty() && !robot_yaml.empty() && !robot_urdf.empty(), ErrorCode::bad_input,
+  const scene::EnvironmentTexts texts = texts_from_wire(m);
+  require(!texts.scene_yaml.empty() && !texts.robot_yaml.empty() && !texts.robot_urdf.empty(), ErrorCode::bad_input,
           "an environment needs the scene's YAML, the robot's YAML and its URDF; one of them is empty");
-  e.revision = environment_revision(scene_yaml, robot_yaml, robot_urdf);
+  e.scene_id = texts.scene_id;
+  e.revision = environment_revision(texts.scene_yaml, texts.robot_yaml, texts.robot_urdf);
   const std::string claimed = m.revision().to_string();
   require(claimed.empty() || claimed == e.revision, ErrorCode::bad_input,
           "the environment's revision is not the SHA-256 of its texts; leave it empty or compute it again");
-  e.scene = scene::parse_scene(scene_yaml, e.scene_id);
+  e.scene = scene::parse_scene(texts.scene_yaml, e.scene_id);
   e.collision = std::make_shared<const scene::CollisionWorld>(e.scene);
-  e.robot = robot::RobotModel::load(robot_urdf, robot_yaml);
+  e.robot = robot::RobotModel::load(texts.robot_urdf, texts.robot_yaml);
   return e;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/object_model/perception.h"
+#include "common/scene/environment_texts.h"
 #include "common/voxel/occupancy_grid.h"
 #include "common/wire/knowledge.h"
 #include "idl/model.h"
@@ -17,9 +18,15 @@ namespace periplus::wire {
 // SHA-256 (64 hexadecimal digits) of the three texts, each preceded by its length.
 std::string environment_revision(std::string_view scene_yaml, std::string_view robot_yaml, std::string_view robot_urdf);
 
+// SHA-256 of what a robot's driver knows of it: the scene's text without `truth`, and the robot's texts.
+std::string scene_revision(std::string_view scene_yaml);
+std::string robot_revision(std::string_view robot_yaml, std::string_view robot_urdf);
+
 // Fills in the revision. Removes nothing: give a scene without `truth` (scene::without_truth).
 msg::Environment environment_to_wire(std::string_view scene_id, std::string_view scene_yaml, std::string_view robot_yaml,
                                      std::string_view robot_urdf);
+msg::Environment environment_to_wire(const scene::EnvironmentTexts& texts);
+scene::EnvironmentTexts texts_from_wire(const msg::Environment& environment);
 // Parses the scene and loads the robot. An empty revision is filled in, a wrong one refused.
 KnownEnvironment environment_from_wire(const msg::Environment& environment);
 

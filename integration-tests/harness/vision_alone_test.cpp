@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <condition_variable>
+#include <memory>
 #include <mutex>
 
 #include "common/dds/codec_impl.h"
@@ -23,8 +24,8 @@ using namespace std::chrono_literals;
 class VisionAlone : public testing::Test {
  protected:
   VisionAlone()
-      : bench("vision-alone", 61),
-        injector(bench.node(), BallOnTable::scene(), bench.robot()),
+      : bench("vision-alone"),
+        injector(new_cameras()),
         environment(bench.node(), "periplus/environment", dds::qos_latest()),
         perceptions(bench.node(), "periplus/perception", dds::qos_latest(8),
                     [this](const msg::Perception& p) {
@@ -35,23 +36,30 @@ class VisionAlone : public testing::Test {
                     }),
         capture(bench.node(), "vision/capture"),
         process(bench.node(), "vision/process") {
-    environment.publish(
-        wire::environment_to_wire("ball-on-table", BallOnTable::scene_yaml(), bench.robot_yaml(), bench.robot_urdf()));
+    const msg::Environment room =
+        wire::environment_to_wire("ball-on-table", BallOnTable::scene_yaml(), bench.robot_yaml(), bench.robot_urdf());
+    environment_revision = room.revision().to_string();
+    environment.publish(room);
     bench.start("periplus-vision-server", {"--set", "capture.images_deadline_s=0.7"});
-    injector.stand(BallOnTable::view(0.4));
+    injector->stand(BallOnTable::view(0.4));
   }
   ~VisionAlone() override {
     if (HasFailure()) std::fputs(bench.logs().c_str(), stderr);
   }
 
+  std::unique_ptr<CameraInjector> new_cameras() {
+    return std::make_unique<CameraInjector>(bench.node(), BallOnTable::scene(), bench.robot());
+  }
   dds::RpcResult ask_capture(const std::string& view, msg::CaptureReply& reply) {
     msg::CaptureRequest request;
     request.view_id(view);
+    request.environment_revision(environment_revision);
     return capture.call(request, reply, {.deadline = 30s, .wait_for_server = 30s});
   }
   dds::RpcResult ask_process(const std::string& view, msg::ProcessReply& reply) {
     msg::ProcessRequest request;
     request.view_id(view);
+    request.environment_revision(environment_revision);
     request.box(wire::to_wire(BallOnTable::box()));
     return process.call(request, reply, {.deadline = 60s, .wait_for_server = 30s});
   }
@@ -63,8 +71,9 @@ class VisionAlone : public testing::Test {
   }
 
   TestBench bench;
-  CameraInjector injector;
+  std::unique_ptr<CameraInjector> injector;
   dds::Publisher<msg::Environment> environment;
+  std::string environment_revision;
   std::mutex mutex;
   std::condition_variable changed;
   msg::Perception last;
@@ -82,12 +91,12 @@ TEST_F(VisionAlone, DepthAndCameraPoseAreTheTruth) {
   EXPECT_TRUE(wire::from_wire(captured.pose_world_camera()).isApprox(X_WC, 1e-9));
 
   // Asked again: the same answer, and the cameras are left alone.
-  const int triggers = injector.triggers();
-  injector.stand(BallOnTable::view(2.0));
+  const int triggers = injector->triggers();
+  injector->stand(BallOnTable::view(2.0));
   msg::CaptureReply again;
   ASSERT_TRUE(ask_capture("look-1", again).ok());
   EXPECT_EQ(again.stamp_ns(), captured.stamp_ns());
-  EXPECT_EQ(injector.triggers(), triggers);
+  EXPECT_EQ(injector->triggers(), triggers);
 
   msg::ProcessReply processed;
   const dds::RpcResult done = ask_process("look-1", processed);
@@ -126,6 +135,7 @@ TEST_F(VisionAlone, DepthAndCameraPoseAreTheTruth) {
 }
 
 TEST_F(VisionAlone, SpoiltInputHasItsErrorAndNothingIsLost) {
+  std::string other_revision(64, '0');
   struct Case {
     Fault fault;
     ErrorCode code;
@@ -138,7 +148,7 @@ TEST_F(VisionAlone, SpoiltInputHasItsErrorAndNothingIsLost) {
                         Case{Fault::stale, ErrorCode::vision_images_missing, "right image"},
                         Case{Fault::not_a_number_pose, ErrorCode::vision_image_bad, "finite"},
                         Case{Fault::missing_joint, ErrorCode::vision_images_missing, "no joint"}}) {
-    injector.fail_by(c.fault);
+    injector->fail_by(c.fault);
     msg::CaptureReply reply;
     const dds::RpcResult result = ask_capture("spoilt-" + std::to_string(++number), reply);
     EXPECT_EQ(result.status, dds::RpcStatus::ok);
@@ -146,13 +156,13 @@ TEST_F(VisionAlone, SpoiltInputHasItsErrorAndNothingIsLost) {
     EXPECT_NE(result.error_message.find(c.says), std::string::npos) << result.error_message;
   }
   // An image that contradicts its camera info shows when it is rectified.
-  injector.fail_by(Fault::wrong_size);
+  injector->fail_by(Fault::wrong_size);
   msg::CaptureReply captured;
   msg::ProcessReply processed;
   ASSERT_TRUE(ask_capture("half", captured).ok());
   EXPECT_EQ(ask_process("half", processed).error_code, static_cast<int>(ErrorCode::vision_image_bad));
 
-  injector.fail_by(Fault::blank_right);
+  injector->fail_by(Fault::blank_right);
   ASSERT_TRUE(ask_capture("blank", captured).ok());
   const dds::RpcResult blank = ask_process("blank", processed);
   EXPECT_EQ(blank.error_code, static_cast<int>(ErrorCode::vision_no_depth));
@@ -160,13 +170,33 @@ TEST_F(VisionAlone, SpoiltInputHasItsErrorAndNothingIsLost) {
 
   EXPECT_EQ(ask_process("never-captured", processed).error_code, static_cast<int>(ErrorCode::vision_view_unknown));
 
+  // The robot's model of another environment will not do.
+  std::swap(environment_revision, other_revision);
+  EXPECT_EQ(ask_capture("elsewhere", captured).error_code, static_cast<int>(ErrorCode::vision_revision_not_here));
+  EXPECT_EQ(ask_process("half", processed).error_code, static_cast<int>(ErrorCode::vision_revision_not_here));
+  std::swap(environment_revision, other_revision);
+
   // A lost image is asked for again, and all is well.
-  injector.fail_by(Fault::lost_once);
+  injector->fail_by(Fault::lost_once);
   const dds::RpcResult retried = ask_capture("lost", captured);
   EXPECT_TRUE(retried.ok()) << retried.error_message;
   EXPECT_GE(captured.attempts(), 2u);
-  injector.fail_by(Fault::none);
+  injector->fail_by(Fault::none);
   EXPECT_TRUE(ask_process("lost", processed).ok());
+}
+
+TEST_F(VisionAlone, CamerasThatWereStartedAgainAreNotTakenForTheOldOnes) {
+  msg::CaptureReply before, after;
+  ASSERT_TRUE(ask_capture("old-run", before).ok());
+  injector.reset();
+  injector = new_cameras();  // its clock starts anew: the same stamp
+  injector->stand(BallOnTable::view(2.0));
+  injector->fail_by(Fault::lost_once);
+  const dds::RpcResult result = ask_capture("new-run", after);
+  ASSERT_TRUE(result.ok()) << result.error_message;
+  EXPECT_EQ(after.stamp_ns(), before.stamp_ns());
+  EXPECT_EQ(after.attempts(), 2u) << "the old cameras' right image stood in for the lost one";
+  EXPECT_TRUE(wire::from_wire(after.pose_world_camera()).isApprox(BallOnTable::view(2.0), 1e-9));
 }
 
 }  // namespace

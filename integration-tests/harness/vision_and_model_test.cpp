@@ -78,7 +78,7 @@ Comparison compare(const voxel::OccupancyGrid& grid) {
 class VisionAndModel : public testing::Test {
  protected:
   VisionAndModel()
-      : bench("vision-and-model", 62),
+      : bench("vision-and-model"),
         capture(bench.node(), "vision/capture"),
         process(bench.node(), "vision/process"),
         set_environment(bench.node(), "model/set_environment"),
@@ -109,7 +109,7 @@ class VisionAndModel : public testing::Test {
     msg::SetEnvironmentRequest environment;
     environment.environment(
         wire::environment_to_wire("ball-on-table", BallOnTable::scene_yaml(), bench.robot_yaml(), bench.robot_urdf()));
-    call(set_environment, "model/set_environment", environment);
+    const msg::Revision environment_revision = call(set_environment, "model/set_environment", environment).revision();
     msg::BeginRequest object;
     object.object_id("ball");
     object.box(wire::to_wire(BallOnTable::box()));
@@ -121,9 +121,11 @@ class VisionAndModel : public testing::Test {
       const std::string view = "look-" + std::to_string(i);
       msg::CaptureRequest c;
       c.view_id(view);
+      c.environment_revision(environment_revision);
       call(capture, "vision/capture", c);
       msg::ProcessRequest p;
       p.view_id(view);
+      p.environment_revision(environment_revision);
       p.box(wire::to_wire(BallOnTable::box()));
       share = call(process, "vision/process", p).valid_share_in_box();
       msg::IntegrateRequest in;

@@ -11,14 +11,11 @@
 #include <vector>
 
 #include "common/object_model/object_model.h"
+#include "common/scene/environment_texts.h"
 
 namespace periplus::model {
 
-// The texts of an environment, `truth` left out.
-struct EnvironmentTexts {
-  std::string scene_id, scene_yaml, robot_yaml, robot_urdf;
-  bool operator==(const EnvironmentTexts&) const = default;
-};
+using scene::EnvironmentTexts;
 
 class KnowledgeStore {
  public:

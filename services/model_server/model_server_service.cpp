@@ -4,6 +4,7 @@
 #include <deque>
 #include <mutex>
 
+#include "common/core/clock.h"
 #include "common/core/error.h"
 #include "common/core/hash.h"
 #include "common/core/log.h"
@@ -23,8 +24,6 @@ namespace periplus::model {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 // The newest perceptions, by view.
 class PerceptionBuffer {
@@ -61,16 +60,10 @@ class PerceptionBuffer {
   std::deque<std::shared_ptr<const object_model::Perception>> newest_;
 };
 
-EnvironmentTexts texts_of(const msg::Environment& m) {
-  return {m.scene_id().to_string(), wire::text_from_wire(m.scene_yaml()), wire::text_from_wire(m.robot_yaml()), wire::text_from_wire(m.robot_urdf())};
-}
-
-msg::Environment to_wire(const EnvironmentTexts& t) { return wire::environment_to_wire(t.scene_id, t.scene_yaml, t.robot_yaml, t.robot_urdf); }
-
 // Checks everything, the robot too, and leaves out what only a simulator may know.
 KnownTexts known(const msg::Environment& m) {
   wire::KnownEnvironment parsed = wire::environment_from_wire(m);
-  EnvironmentTexts texts = texts_of(m);
+  EnvironmentTexts texts = wire::texts_from_wire(m);
   if (parsed.scene.truth) {
     texts.scene_yaml = scene::without_truth(texts.scene_yaml);
     parsed.revision = wire::environment_revision(texts.scene_yaml, texts.robot_yaml, texts.robot_urdf);
@@ -98,7 +91,7 @@ struct ModelServerService::Impl {
   void resume() {
     if (const auto texts = keeper.stored_environment()) {
       try {
-        keeper.set_environment(known(to_wire(*texts)));
+        keeper.set_environment(known(wire::environment_to_wire(*texts)));
         publish_environment();
       } catch (const Error& e) {
         log::warn("the stored environment cannot be used; send it again", {{"reason", e.what()}});
@@ -120,7 +113,7 @@ struct ModelServerService::Impl {
     }
   }
 
-  void publish_environment() { environments_out.publish(to_wire(keeper.environment().texts)); }
+  void publish_environment() { environments_out.publish(wire::environment_to_wire(keeper.environment().texts)); }
   void publish(const object_model::ObjectModel& model) {
     require(objects_out.publish(wire::object_to_wire(model.state().object_id, model.grid(), model.landmarks())), ErrorCode::internal,
             "the object's grid could not be published");
@@ -136,7 +129,7 @@ struct ModelServerService::Impl {
           r.revision(environment.revision);
         });
     service.serve<msg::EnvironmentRequest, msg::EnvironmentReply>(
-        "model/environment", [self](const auto&, auto& r, dds::RpcContext&) { r.environment(to_wire(self->keeper.environment().texts)); });
+        "model/environment", [self](const auto&, auto& r, dds::RpcContext&) { r.environment(wire::environment_to_wire(self->keeper.environment().texts)); });
     service.serve<msg::BeginRequest, msg::BeginReply>("model/begin", [self](const auto& q, auto& r, dds::RpcContext&) {
       const std::string id = wire::id_from_wire(q.object_id(), "object_id");
       const auto model = self->keeper.begin(id, wire::from_wire(q.box()), q.voxel_m(), q.reset());

@@ -11,6 +11,7 @@
 
 #include "common/core/hash.h"
 #include "common/dds/codec_impl.h"
+#include "common/dds/testing/test_domain.h"
 #include "common/object_model/model_file.h"
 #include "common/object_model/testing/sphere_views.h"
 #include "common/wire/common_wire.h"
@@ -26,15 +27,13 @@ using object_model::testing::box_around;
 using object_model::testing::ideal_view;
 using object_model::testing::Sphere;
 
-constexpr int kDomain = 63;
-
 // periplus-model-server on a store of its own.
 class Program {
  public:
-  explicit Program(const std::string& store) {
+  Program(const std::string& store, int domain) {
     pid_ = ::fork();
     if (pid_ == 0) {
-      ::setenv("PERIPLUS_DOMAIN", std::to_string(kDomain).c_str(), 1);
+      ::setenv("PERIPLUS_DOMAIN", std::to_string(domain).c_str(), 1);
       const std::string program = PERIPLUS_BIN_DIR "/periplus-model-server", set = "store_folder=" + store;
       ::execl(program.c_str(), program.c_str(), "--set", set.c_str(), "--set", "perception_wait_s=0.5", nullptr);
       ::_exit(127);
@@ -77,9 +76,10 @@ struct Files {
 TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
   const std::string store = ::testing::TempDir() + "model_server_service_test." + std::to_string(::getpid());
   std::filesystem::remove_all(store);
+  const dds::testing::TestDomain domain;
   dds::NodeOptions options;
   options.name = "model_server_service_test";
-  options.domain = kDomain;
+  options.domain = domain.id();
   const auto node = dds::Node::create(options);
   const dds::CallOptions patient{.deadline = 20s, .progress = {}, .cancelled = {}, .wait_for_server = 20s};
 
@@ -92,7 +92,7 @@ TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
   Files files;
   dds::Subscriber<msg::ModelFile> files_in(*node, "periplus/model/file", dds::qos_stream(4), [&](const msg::ModelFile& f) { files.put(f); });
   const wire::Knowledge knowledge(*node);
-  auto program = std::make_unique<Program>(store);
+  auto program = std::make_unique<Program>(store, domain.id());
 
   // An object needs an environment.
   const Sphere sphere;
@@ -110,7 +110,7 @@ TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
   msg::SetEnvironmentReply environment_reply;
   auto result = set_environment.call(environment, environment_reply, patient);
   ASSERT_TRUE(result.ok()) << result.error_message;
-  const auto known = knowledge.environment(10s);
+  const auto known = knowledge.environment(environment_reply.revision().to_string(), 10s);
   ASSERT_NE(known, nullptr);
   EXPECT_EQ(known->revision, environment_reply.revision().to_string());
   EXPECT_FALSE(known->scene.truth.has_value());  // what only a simulator may know went no further
@@ -147,10 +147,10 @@ TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
   ASSERT_TRUE(digest.call(digest_request, digest_before, patient).ok());
 
   EXPECT_TRUE(WIFSIGNALED(program->end(SIGKILL)));
-  program = std::make_unique<Program>(store);
+  program = std::make_unique<Program>(store, domain.id());
   const wire::Knowledge late(*node);  // hears what the new one republishes
   EXPECT_NE(late.object("ball", 1, 20s), nullptr);
-  EXPECT_NE(late.environment(10s), nullptr);
+  EXPECT_NE(late.environment(environment_reply.revision().to_string(), 10s), nullptr);
   result = integrate.call(look, seen, patient);
   ASSERT_TRUE(result.ok()) << result.error_message;
   EXPECT_EQ(seen.revision(), before.revision());

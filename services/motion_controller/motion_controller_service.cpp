@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/clock.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/dds/codec_impl.h"
@@ -27,8 +28,6 @@ namespace periplus::motion {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
-std::chrono::milliseconds milliseconds(double s) { return std::chrono::milliseconds(static_cast<long>(1000 * s)); }
 
 RobotReport report_from_wire(const msg::RobotState& s) {
   RobotReport r;
@@ -152,23 +151,25 @@ struct MotionControllerService::Impl {
 
   void on_walk(const msg::WalkRequest& request, msg::MotionReply& reply, dds::RpcContext& context) {
     const std::string id = wire::id_from_wire(request.motion_id(), "motion_id");
+    const std::string environment = wire::id_from_wire(request.environment_revision(), "environment_revision");
     std::vector<Step> steps;
     std::string content = "walk ";
     for (const msg::Step& s : request.steps()) {
       steps.push_back({s.foot(), wire::from_wire(s.pose())});
       content += std::to_string(s.foot()) + " " + exact(s.pose().x()) + exact(s.pose().y()) + exact(s.pose().yaw());
     }
-    answer(reply, perform(id, content, context, [&](MotionResult& result) { do_walk(steps, result, context); }));
+    answer(reply, perform(id, content, context, [&](MotionResult& result) { do_walk(environment, steps, result, context); }));
   }
 
   void on_posture(const msg::SetPostureRequest& request, msg::MotionReply& reply, dds::RpcContext& context) {
     const std::string id = wire::id_from_wire(request.motion_id(), "motion_id");
+    const std::string environment = wire::id_from_wire(request.environment_revision(), "environment_revision");
     const Eigen::VectorXd goal = wire::vector_from_wire(request.configuration(), "configuration");
     std::string content = "posture ";
     for (const double x : request.configuration()) content += exact(x);
     answer(reply, perform(id, content, context, [&](MotionResult& result) {
              const auto begin = Clock::now();
-             const auto model = robot_model();
+             const auto model = robot_model(environment);
              const RobotReport now = robot_now(*model);
              PostureMotion motion(model, now.configuration(), goal, settings.posture, settings.limits);
              result.plan_seconds = seconds_since(begin);
@@ -218,9 +219,9 @@ struct MotionControllerService::Impl {
     return result;
   }
 
-  void do_walk(std::vector<Step> steps, MotionResult& result, dds::RpcContext& context) {
+  void do_walk(const std::string& environment, std::vector<Step> steps, MotionResult& result, dds::RpcContext& context) {
     const auto begin = Clock::now();
-    const auto model = robot_model();
+    const auto model = robot_model(environment);
     RobotReport now = robot_now(*model);
     // A controller that was started anew in the middle of a walk takes it up where the robot stands.
     const WalkPlace place = find_place(steps, now.X_left, now.X_right);
@@ -261,12 +262,8 @@ struct MotionControllerService::Impl {
     reply.seconds() = {wire::named("plan", result.plan_seconds), wire::named("execute", result.execute_seconds)};
   }
 
-  std::shared_ptr<const robot::RobotModel> robot_model() {
-    const auto environment = knowledge.environment();
-    require(environment != nullptr, ErrorCode::model_environment_missing,
-            "the robot's model has not arrived; send the environment with model/set_environment, or have it published "
-            "with model/publish");
-    return environment->robot;
+  std::shared_ptr<const robot::RobotModel> robot_model(const std::string& environment_revision) const {
+    return knowledge.environment_or_throw(environment_revision, ErrorCode::motion_revision_not_here)->robot;
   }
 
   RobotReport ask_robot() {

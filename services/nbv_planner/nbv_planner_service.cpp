@@ -45,11 +45,8 @@ Situation NbvPlannerService::Impl::situation_of(const msg::PlanViewRequest& q) c
                                                       "' has not arrived here; have it published again (model/publish) "
                                                       "or ask another planner");
   }
-  const auto environment = knowledge.environment(wait);
-  if (!environment) {
-    throw_error(ErrorCode::nbv_revision_not_here,
-                "the environment has not arrived here; set it (model/set_environment) or have it published again");
-  }
+  const auto environment =
+      knowledge.environment_or_throw(wire::id_from_wire(q.environment_revision(), "environment_revision"), ErrorCode::nbv_revision_not_here, wait);
   s.grid = object->grid;
   s.landmarks = object->landmarks;
   s.scene = environment->scene;

@@ -52,11 +52,17 @@ std::string text_of(const std::string& path) {
   return out.str();
 }
 
+msg::Environment room() {
+  return wire::environment_to_wire("room", "name: room\nroom: {size_m: [6, 6, 2.8]}\n", text_of("deploy/robots/hrp2like.yaml"),
+                                   text_of("deploy/robots/hrp2like.urdf"));
+}
+
 msg::PlanViewRequest request() {
   msg::PlanViewRequest q;
   q.plan_id("plan-1");
   q.object_id("block");
   q.revision(1);
+  q.environment_revision(room().revision());
   q.rig(wire::to_wire(StereoRig{Pinhole::from_vertical_fov(640, 480, 25 * std::numbers::pi / 180), 0.144}));
   q.pose_world_camera(wire::to_wire(Pose::Identity()));
   q.height_min_m(1.0);
@@ -87,9 +93,7 @@ TEST(NbvPlannerService, AnswersAndRefuses) {
   msg::PlanViewReply reply;
   EXPECT_EQ(code(ask(request(), reply)), ErrorCode::nbv_revision_not_here);  // nothing was published
 
-  ASSERT_TRUE(environments.publish(wire::environment_to_wire("room", "name: room\nroom: {size_m: [6, 6, 2.8]}\n",
-                                                             text_of("deploy/robots/hrp2like.yaml"),
-                                                             text_of("deploy/robots/hrp2like.urdf"))));
+  ASSERT_TRUE(environments.publish(room()));
   const Situation s = testing::patch_at_plus_x();
   ASSERT_TRUE(objects.publish(wire::object_to_wire("block", *s.grid, {})));
   dds::RpcResult result;
@@ -135,6 +139,12 @@ TEST(NbvPlannerService, AnswersAndRefuses) {
   bad = request();
   bad.revision(2);
   EXPECT_EQ(code(ask(bad, other)), ErrorCode::nbv_revision_not_here);
+  // Only with the environment that the request names, whichever is here.
+  bad = request();
+  bad.environment_revision(std::string(64, '0'));
+  EXPECT_EQ(code(ask(bad, other)), ErrorCode::nbv_revision_not_here);
+  bad.environment_revision(std::string());
+  EXPECT_EQ(code(ask(bad, other)), ErrorCode::bad_input);
   bad = request();
   bad.height_min_m(2.78);
   bad.height_max_m(2.79);

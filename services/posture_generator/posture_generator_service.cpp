@@ -41,8 +41,8 @@ struct PostureGeneratorService::Impl {
     std::optional<Eigen::VectorXd> start;
     if (!request.start().empty()) start = wire::vector_from_wire(request.start(), "start");
 
-    const auto environment = knowledge.environment();
-    require(environment != nullptr, ErrorCode::not_ready, "no environment has arrived; is the model server running and has a task begun?");
+    const auto environment =
+        knowledge.environment_or_throw(wire::id_from_wire(request.environment_revision(), "environment_revision"), ErrorCode::posture_revision_not_here);
     ObjectObstacle obstacle;
     if (!object_id.empty()) {
       const auto object = knowledge.object(object_id, request.revision());

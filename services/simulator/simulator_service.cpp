@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <optional>
 
@@ -11,6 +12,7 @@
 #include "common/dds/codec_impl.h"
 #include "common/render/renderer.h"
 #include "common/wire/common_wire.h"
+#include "common/wire/object_wire.h"
 #include "common/wire/perception_wire.h"
 #include "idl/ros2.h"
 #include "idl/sim.h"
@@ -54,8 +56,15 @@ msg::RobotState to_wire(const RobotState& s) {
   return m;
 }
 
-std::shared_ptr<const robot::RobotModel> load_robot(const std::string& yaml) {
-  return robot::RobotModel::load_files(std::filesystem::path(yaml).replace_extension(".urdf").string(), yaml);
+std::string urdf_beside(const std::string& yaml) { return std::filesystem::path(yaml).replace_extension(".urdf").string(); }
+
+std::shared_ptr<const robot::RobotModel> load_robot(const std::string& yaml) { return robot::RobotModel::load_files(urdf_beside(yaml), yaml); }
+
+std::string text_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  require(in.good(), ErrorCode::io, "cannot read " + file + "; check its name and permissions");
+  return text;
 }
 
 std::vector<render::TrueObject> load_objects(const scene::Scene& scene, const std::vector<std::string>& folders) {
@@ -84,6 +93,8 @@ struct SimulatorService::Impl {
       : settings(s),
         node(life.node()),
         scene(scene::load_scene(o.scene_file)),
+        scene_revision(wire::scene_revision(scene::without_truth(text_of(o.scene_file)))),
+        robot_revision(wire::robot_revision(text_of(o.robot_file), text_of(urdf_beside(o.robot_file)))),
         folders{std::filesystem::path(o.scene_file).parent_path().string()},
         objects(load_objects(scene, folders)),
         robot(load_robot(o.robot_file), scene.robot_start, {.joint_limit_slack = s.joint_limit_slack, .fall_at_tick = s.fall_at_tick}),
@@ -101,6 +112,9 @@ struct SimulatorService::Impl {
         "robot/state", [this](const msg::RobotStateRequest&, msg::RobotStateReply& reply, dds::RpcContext&) {
           const std::lock_guard lock(robot_mutex);
           reply.state(to_wire(robot.state()));
+          reply.scene_id(scene.name);
+          reply.scene_revision(scene_revision);
+          reply.robot_revision(robot_revision);
         });
     trigger_server = life.serve<msg::CameraTriggerRequest, msg::CameraTriggerReply>(
         "camera/trigger", [this](const msg::CameraTriggerRequest& request, msg::CameraTriggerReply& reply, dds::RpcContext&) { trigger(request, reply); });
@@ -203,6 +217,7 @@ struct SimulatorService::Impl {
   const SimulatorSettings settings;
   dds::Node& node;  // before the rest, so that others see the simulator start while the pictures are made
   const scene::Scene scene;
+  const std::string scene_revision, robot_revision;
   const std::vector<std::string> folders;
   const std::vector<render::TrueObject> objects;
   std::mutex robot_mutex;

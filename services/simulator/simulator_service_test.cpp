@@ -10,7 +10,10 @@
 #include <mutex>
 
 #include "common/dds/codec_impl.h"
+#include "common/dds/testing/test_domain.h"
 #include "common/mesh/triangle_mesh.h"
+#include "common/scene/scene.h"
+#include "common/wire/object_wire.h"
 #include "idl/ros2.h"
 #include "idl/sim.h"
 
@@ -39,6 +42,11 @@ class TestLife : public service::Service {
   std::shared_ptr<dds::Node> node_;
   config::Node configuration_;
 };
+
+std::string text_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
 
 // The last sample of a topic, waited for.
 template <class T>
@@ -72,11 +80,14 @@ TEST(SimulatorService, CommandsViewsAndTruthOverDds) {
   const auto folder = std::filesystem::temp_directory_path() / ("simulator_service_test-" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
   mesh::write_ply(mesh::make_sphere(2, 1), folder / "ball.ply");
-  std::ofstream(folder / "scene.yaml") << "name: ball\nroom: {size_m: [4, 4, 2.5]}\nrobot_start: {x_m: -1.2}\n"
-                                          "lights: [{position_m: [-1, 0, 2]}]\n"
-                                          "truth: {mesh: ball.ply, longest_side_m: 0.3, position_m: [0, 0, 0.8], texture: \"noise:5\"}\n";
+  const std::string scene_text =
+      "name: ball\nroom: {size_m: [4, 4, 2.5]}\nrobot_start: {x_m: -1.2}\n"
+      "lights: [{position_m: [-1, 0, 2]}]\n"
+      "truth: {mesh: ball.ply, longest_side_m: 0.3, position_m: [0, 0, 0.8], texture: \"noise:5\"}\n";
+  std::ofstream(folder / "scene.yaml") << scene_text;
+  const dds::testing::TestDomain domain;
   dds::NodeOptions options = dds::NodeOptions::from_environment("simulator-test");
-  options.domain = 63;
+  options.domain = domain.id();
   const auto node = dds::Node::create(options);
   TestLife life(node);
   const SimulatorService simulator(life, read_settings(config::parse("", "defaults")),
@@ -89,6 +100,11 @@ TEST(SimulatorService, CommandsViewsAndTruthOverDds) {
   ASSERT_TRUE(ask_state.call(state_request, state).ok());
   EXPECT_EQ(state.state().tick(), 0u);
   EXPECT_EQ(state.state().positions().size(), 30u);
+  // Where and what it is, the truth left out.
+  EXPECT_EQ(state.scene_id().to_string(), "ball");
+  EXPECT_EQ(state.scene_revision().to_string(), wire::scene_revision(scene::without_truth(scene_text)));
+  EXPECT_EQ(state.robot_revision().to_string(),
+            wire::robot_revision(text_of(PERIPLUS_SOURCE_DIR "/deploy/robots/hrp2like.yaml"), text_of(PERIPLUS_SOURCE_DIR "/deploy/robots/hrp2like.urdf")));
 
   Last<msg::RobotState> states(*node, "periplus/robot/state", dds::qos_stream());
   dds::Publisher<msg::RobotCommand> commands(*node, "periplus/robot/command", dds::qos_stream());

@@ -61,10 +61,8 @@ struct WalkPlannerService::Impl {
     const Feet start{wire::from_wire(request.left_start()), wire::from_wire(request.right_start())};
     const Feet goal{wire::from_wire(request.left_goal()), wire::from_wire(request.right_goal())};
 
-    const auto environment = knowledge.environment();
-    require(
-        environment != nullptr, ErrorCode::model_environment_missing,
-        "the environment has not arrived; send it with model/set_environment, or have it published with model/publish");
+    const auto environment = knowledge.environment_or_throw(
+        wire::id_from_wire(request.environment_revision(), "environment_revision"), ErrorCode::walk_revision_not_here);
     std::shared_ptr<const wire::KnownObject> object;
     if (!object_id.empty()) {
       object = knowledge.object(object_id, request.revision());
