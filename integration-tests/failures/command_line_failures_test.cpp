@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <sstream>
+#include <thread>
 
 #include "common/dds/codec_impl.h"
 #include "common/wire/common_wire.h"
@@ -113,6 +114,33 @@ TEST_F(CommandLine, ASecondSupervisorIsRefused) {
   EXPECT_EQ(run.run().status, 0);   // the first one is not disturbed
 }
 
+TEST(Supervisors, OfTwoThatStartTogetherExactlyOneStays) {
+  harness::TestBench bench("two-supervisors");
+  harness::Program& a = bench.start("periplus-supervisor");
+  harness::Program& b = bench.start("periplus-supervisor");
+  dds::RpcClient<msg::AbortRequest, msg::AbortReply> abort(bench.node(), "supervisor/abort");
+  ASSERT_TRUE(abort.wait_for_server(15s)) << bench.logs();
+  for (const auto end = std::chrono::steady_clock::now() + 10s; a.running() && b.running() && std::chrono::steady_clock::now() < end;)
+    std::this_thread::sleep_for(20ms);
+  EXPECT_NE(a.running(), b.running()) << bench.logs();
+  EXPECT_EQ((a.running() ? b : a).wait(1s).value_or(-1), 2);
+}
+
+// A heartbeat of a supervisor of another container: the same process number may be its own, and its clock is hours late.
+TEST(Supervisors, OneOfAnotherContainerIsRecognised) {
+  harness::TestBench bench("other-container");
+  dds::Publisher<msg::ServiceStatus> statuses(bench.node(), "periplus/service/status", dds::qos_latest(1));
+  msg::ServiceStatus status;
+  status.instance(std::string("supervisor-elsewhere-7-abcdef01"));
+  status.service(std::string("supervisor"));
+  status.state(1);
+  status.wall_time_ns(1);
+  statuses.publish(status);
+  harness::Program& supervisor = bench.start("periplus-supervisor");
+  EXPECT_EQ(supervisor.wait(20s).value_or(-1), 2) << bench.logs();
+  EXPECT_NE(bench.logs().find("supervisor-elsewhere-7-abcdef01"), std::string::npos) << bench.logs();
+}
+
 // Files that cannot be used, each found before anything is started.
 class BadFiles : public testing::Test {
  protected:
@@ -183,13 +211,14 @@ TEST_F(BadFiles, AMissingMeshIsFoundBeforeTheRunBegins) {
 
 // Requests that are none: the posture generator's answers (the other services' own tests ask them).
 TEST(BadRequests, PosesThatAreNoneAreRefused) {
-  harness::TestBench bench("bad-requests", 40);
+  harness::TestBench bench("bad-requests");
   bench.start("periplus-posture-generator");
   dds::RpcClient<msg::PostureRequest, msg::PostureReply> client(bench.node(), "posture/generate");
   const auto refusal = [&](const std::function<void(msg::PostureRequest&)>& spoil, ErrorCode code) {
     msg::PostureRequest request;
     msg::PostureReply reply;
     request.posture_id("p");
+    request.environment_revision(std::string(64, '0'));
     request.pose_world_camera(wire::to_wire(Pose::Identity()));
     spoil(request);
     const dds::RpcResult result = client.call(request, reply, {.deadline = 20s, .wait_for_server = 15s});
@@ -203,7 +232,8 @@ TEST(BadRequests, PosesThatAreNoneAreRefused) {
   EXPECT_FALSE(refusal([&](auto& q) { q.pose_world_camera().qw(3); }, ErrorCode::bad_input).empty());
   EXPECT_NE(refusal([&](auto& q) { q.start({0, nan}); }, ErrorCode::not_finite).find("start"), std::string::npos);
   EXPECT_NE(refusal([&](auto& q) { q.object_id("a b"); }, ErrorCode::bad_input).find("object_id"), std::string::npos);
-  EXPECT_NE(refusal([](auto&) {}, ErrorCode::not_ready).find("model server"), std::string::npos);
+  EXPECT_FALSE(refusal([](auto& q) { q.environment_revision(std::string()); }, ErrorCode::bad_input).empty());
+  EXPECT_NE(refusal([](auto&) {}, ErrorCode::posture_revision_not_here).find("model/publish"), std::string::npos);
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 // Every failure path of thesis 5.2.1 and of the state table, in the real supervisor: exit status, states entered, and what
 // the robot was asked to do at the end.
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <chrono>
 
+#include "common/wire/object_wire.h"
 #include "integration-tests/failures/supervised_run.h"
 
 namespace periplus::failures {
@@ -144,15 +146,99 @@ TEST_F(FailurePath, ImagesWithoutDepthEnd) {
 TEST_F(FailurePath, ViewsAndPerceptionsThatWereLostAreMadeAgain) {
   run.services.fail("vision/process", ErrorCode::vision_view_unknown, "no such view", 1, 1);
   run.services.fail("model/integrate", ErrorCode::model_perception_not_here, "not here", 1, 1);
-  run.services.fail("nbv/plan", ErrorCode::nbv_revision_not_here, "not here", 1, 1);
   const RunEnd end = run.run("stop: {least_gain_voxels: 1000000}\n");
   expect_end(end, 0, "less than 1000000");
   EXPECT_EQ(end.trace(),
             "prepare grab_images set_half_sitting process_images set_posture grab_images set_half_sitting process_images "
             "integrate_view process_images integrate_view next_view complete");
-  EXPECT_EQ(run.services.calls("model/publish"), 1);
-  EXPECT_EQ(run.services.calls("nbv/plan"), 2);
   EXPECT_EQ(end.report.at("looks").size(), 1u);   // taken twice, but one look
+}
+
+// Whoever was started anew has missed what the model server published.
+TEST_F(FailurePath, WhatAServiceMissedIsPublishedAgainAndItIsAskedOnceMore) {
+  const std::vector<std::pair<std::string, ErrorCode>> misses = {
+      {"vision/capture", ErrorCode::vision_revision_not_here},     {"vision/process", ErrorCode::vision_revision_not_here},
+      {"nbv/plan", ErrorCode::nbv_revision_not_here},              {"posture/generate", ErrorCode::posture_revision_not_here},
+      {"walk/plan", ErrorCode::walk_revision_not_here},            {"motion/walk", ErrorCode::motion_revision_not_here},
+      {"motion/set_posture", ErrorCode::motion_revision_not_here}};
+  for (const auto& [rpc, code] : misses) run.services.fail(rpc, code, "not here", 1, 1);
+  const RunEnd end = run.run("stop: {most_looks: 2}\n");
+  expect_end(end, 3, "2 looks");
+  EXPECT_EQ(end.trace(), kFirstLook + kGo + kLook + " spent");
+  EXPECT_EQ(run.services.calls("model/publish"), static_cast<int>(misses.size()));
+  EXPECT_EQ(run.services.environment_revisions(), std::set<std::string>{run.environment().revision().to_string()});
+}
+
+TEST_F(FailurePath, WhatIsStillMissedEndsTheRun) {
+  run.services.fail("walk/plan", ErrorCode::walk_revision_not_here, "revision 1 of object thing has not arrived");
+  const RunEnd end = run.run();
+  expect_end(end, 5, "revision 1 of object thing has not arrived");
+  EXPECT_EQ(run.services.calls("walk/plan"), 2);
+}
+
+TEST_F(FailurePath, ARobotThatStandsElsewhereIsBadInput) {
+  run.services.stand_in("triceratops", std::string(64, '0'), "");
+  const RunEnd end = run.run();
+  expect_end(end, 2, "triceratops");
+  EXPECT_NE(end.reason.find("ball-on-table"), std::string::npos) << end.reason;
+  EXPECT_NE(end.reason.find("periplus up"), std::string::npos) << end.reason;
+  EXPECT_EQ(end.trace(), "prepare bad_input");
+  EXPECT_EQ(run.services.calls("model/set_environment"), 0);   // what the others know is left alone
+}
+
+TEST_F(FailurePath, AnotherRobotThanTheTasksIsBadInput) {
+  run.services.stand_in("ball-on-table", wire::scene_revision(harness::BallOnTable::scene_yaml()),
+                        wire::robot_revision(run.bench.robot_yaml() + "# changed\n", run.bench.robot_urdf()));
+  const RunEnd end = run.run();
+  expect_end(end, 2, "the robot that runs is not the task's");
+  EXPECT_EQ(end.trace(), "prepare bad_input");
+}
+
+TEST_F(FailurePath, ARobotInTheTasksRoomIsTaken) {
+  run.services.stand_in("ball-on-table", wire::scene_revision(harness::BallOnTable::scene_yaml()),
+                        wire::robot_revision(run.bench.robot_yaml(), run.bench.robot_urdf()));
+  run.services.promise(1);
+  EXPECT_EQ(run.run().status, 0);
+}
+
+TEST_F(FailurePath, ALossThatIsToldEndsTheRunWithItsReport) {
+  run.services.hold("motion/walk");
+  ASSERT_TRUE(run.start("held", run.task()).ok());
+  ASSERT_TRUE(run.services.wait_for_call("motion/walk"));
+  bool was_running = false;
+  ASSERT_TRUE(run.abort("held", &was_running, "simulator was ended by signal 9").ok());
+  EXPECT_TRUE(was_running);
+  const RunEnd end = run.wait("held", 5s);
+  expect_end(end, 5, "simulator was ended by signal 9");
+  EXPECT_TRUE(end.ends_with("walk service_lost")) << end.trace();
+  EXPECT_EQ(end.report.at("looks").size(), 1u);
+  EXPECT_EQ(run.services.calls("motion/halt"), 0);
+  EXPECT_EQ(run.services.calls("model/export"), 0);   // nobody is asked for anything more
+}
+
+TEST_F(FailurePath, ASupervisorThatIsKilledLeavesAReportMarkedUnfinished) {
+  run.services.hold("motion/walk");
+  ASSERT_TRUE(run.start("held", run.task()).ok());
+  ASSERT_TRUE(run.services.wait_for_call("motion/walk"));
+  run.supervisor.signal(SIGKILL);
+  ASSERT_TRUE(run.supervisor.wait(5s));
+  const RunEnd left = read_run(run.folder("held"));
+  ASSERT_FALSE(left.report.is_null());
+  EXPECT_EQ(left.report.at("exit").at("state"), "unfinished");
+  EXPECT_FALSE(left.report.at("exit").contains("status"));
+  EXPECT_NE(left.reason.find("walk"), std::string::npos) << left.reason;
+  EXPECT_EQ(left.report.at("looks").size(), 1u);
+}
+
+TEST_F(FailurePath, ASupervisorThatIsStoppedSaysThatTheRunWasAborted) {
+  run.services.hold("motion/walk");
+  ASSERT_TRUE(run.start("held", run.task()).ok());
+  ASSERT_TRUE(run.services.wait_for_call("motion/walk"));
+  run.supervisor.signal(SIGTERM);
+  const RunEnd end = run.wait("held", 5s);
+  expect_end(end, 130, "the supervisor was stopped");
+  EXPECT_EQ(run.services.calls("motion/halt"), 1);
+  EXPECT_EQ(run.services.calls("model/export"), 0);
 }
 
 TEST_F(FailurePath, ConvergedPromisesComplete) {
@@ -239,7 +325,7 @@ TEST_F(FailurePath, AbortIsHeardWhereTheRobotCannotHalt) {
 TEST_F(FailurePath, TasksFromTheBusAreCheckedLikeFiles) {
   const auto refusal = [this](const std::string& text) {
     const dds::RpcResult result = run.start("bad", text);
-    EXPECT_EQ(result.error_code, static_cast<int>(ErrorCode::bad_input)) << text;
+    EXPECT_EQ(result.error_code, static_cast<int>(ErrorCode::supervisor_bad_task)) << text;
     return result.error_message;
   };
   EXPECT_NE(refusal(run.task("stpo: {most_looks: 2}\n")).find("stop"), std::string::npos);
@@ -248,8 +334,13 @@ TEST_F(FailurePath, TasksFromTheBusAreCheckedLikeFiles) {
   // A run's name becomes a folder: it must not lead elsewhere.
   const dds::RpcResult result = run.start("../elsewhere", run.task());
   EXPECT_EQ(result.error_code, static_cast<int>(ErrorCode::bad_input)) << result.error_message;
-  // And after all that the supervisor still works.
+  // But the files that it names stand on the client's computer: here they need not exist.
+  std::string elsewhere = run.task();
+  for (const std::string name : {"hrp2like.yaml", "bunny.yaml"}) elsewhere.replace(elsewhere.find(name), name.size(), "not-here-" + name);
   run.services.promise(1);
+  ASSERT_TRUE(run.start("from-afar", elsewhere).ok());
+  EXPECT_EQ(run.wait("from-afar").status, 0);
+  // And after all that the supervisor still works.
   EXPECT_EQ(run.run().status, 0);
 }
 

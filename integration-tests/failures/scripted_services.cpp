@@ -9,8 +9,10 @@
 #include <mutex>
 #include <thread>
 
+#include "common/core/clock.h"
 #include "common/dds/codec_impl.h"
 #include "common/dds/rpc.h"
+#include "common/service/service_names.h"
 #include "common/voxel/occupancy_grid.h"
 #include "common/wire/common_wire.h"
 #include "common/wire/object_wire.h"
@@ -21,6 +23,7 @@
 #include "idl/nbv.h"
 #include "idl/posture.h"
 #include "idl/ros2.h"
+#include "idl/sim.h"
 #include "idl/vision.h"
 #include "idl/walk.h"
 
@@ -62,19 +65,24 @@ struct ScriptedServices::Impl {
   }
 
   template <class Request>
-  void record(const Request&) {}
-  void record(const msg::SetPostureRequest& q) { postures.push_back(q.configuration()); }
-  void record(const msg::PlanViewRequest& q) {
+  void record(const Request& q) {
+    if constexpr (requires { q.environment_revision(); }) environment_revisions.insert(q.environment_revision().to_string());
+    note(q);
+  }
+  template <class Request>
+  void note(const Request&) {}
+  void note(const msg::SetPostureRequest& q) { postures.push_back(q.configuration()); }
+  void note(const msg::PlanViewRequest& q) {
     std::vector<Pose> poses;
     for (const msg::Pose& X : q.forbidden()) poses.push_back(wire::from_wire(X));
     forbidden.push_back(poses);
   }
 
   template <class Record>
-  void take(const std::string& rpc, dds::RpcContext& context, Record note) {
+  void take(const std::string& rpc, dds::RpcContext& context, Record record_request) {
     std::unique_lock lock(mutex);
     const int number = ++calls[rpc];
-    note();
+    record_request();
     changed.notify_all();
     for (const auto& [name, failure] : failures)
       if (name == rpc && number >= failure.first && number <= failure.last) throw Error(failure.code, failure.sentence);
@@ -135,6 +143,8 @@ struct ScriptedServices::Impl {
   std::set<std::string> held;
   bool not_a_number = false;
   double promised = 0;                 // 0: less at each plan, but never alike
+  msg::RobotStateReply place;
+  std::set<std::string> environment_revisions;
   std::vector<std::vector<double>> postures;
   std::vector<double> reached;
   std::vector<std::vector<Pose>> forbidden;
@@ -153,7 +163,13 @@ struct ScriptedServices::Impl {
 };
 
 void ScriptedServices::Impl::offer_all() {
-  offer<msg::SetEnvironmentRequest, msg::SetEnvironmentReply>("model/set_environment", [](const auto&, auto&) {});
+  offer<msg::RobotStateRequest, msg::RobotStateReply>("robot/state", [this](const auto&, auto& r) {
+    r.scene_id(place.scene_id());
+    r.scene_revision(place.scene_revision());
+    r.robot_revision(place.robot_revision());
+  });
+  offer<msg::SetEnvironmentRequest, msg::SetEnvironmentReply>("model/set_environment",
+                                                              [](const auto& q, auto& r) { r.revision(q.environment().revision()); });
   offer<msg::BeginRequest, msg::BeginReply>("model/begin", [this](const auto& q, auto& r) {
     object_id = q.object_id().to_string();
     box = q.box();
@@ -258,17 +274,24 @@ void ScriptedServices::promise(double voxels) {
   impl_->promised = voxels;
 }
 
+void ScriptedServices::stand_in(const std::string& scene_id, const std::string& scene_revision, const std::string& robot_revision) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->place.scene_id(scene_id);
+  impl_->place.scene_revision(scene_revision);
+  impl_->place.robot_revision(robot_revision);
+}
+
 void ScriptedServices::heartbeat() {
   impl_->heart = std::thread([this] {
     while (!impl_->closing) {
-      for (const char* service :
-           {"simulator", "vision_server", "model_server", "nbv_planner", "posture_generator", "walk_planner", "motion_controller"}) {
+      for (const std::string& service : service::service_names()) {
+        if (service == "supervisor") continue;
         msg::ServiceStatus status;
-        status.instance(std::string(service) + "-script");
-        status.service(std::string(service));
+        status.instance(service + "-script");
+        status.service(service);
         status.vendor(impl_->node.options().vendor);
         status.state(1);
-        status.wall_time_ns(std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count());
+        status.wall_time_ns(wall_time_ns());
         impl_->statuses.publish(status);
       }
       std::this_thread::sleep_for(300ms);
@@ -285,6 +308,11 @@ int ScriptedServices::calls(const std::string& rpc) const {
 bool ScriptedServices::wait_for_call(const std::string& rpc) const {
   std::unique_lock lock(impl_->mutex);
   return impl_->changed.wait_for(lock, 20s, [&] { return impl_->calls[rpc] > 0; });
+}
+
+std::set<std::string> ScriptedServices::environment_revisions() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->environment_revisions;
 }
 
 std::vector<std::vector<double>> ScriptedServices::postures() const {

@@ -27,12 +27,16 @@ class ScriptedServices {
   // Replies of nbv/plan carry a pose that is not a number, or promise so many voxels.
   void plan_not_a_number();
   void promise(double voxels);
+  // What robot/state says of where and what the robot is; nothing, until told.
+  void stand_in(const std::string& scene_id, const std::string& scene_revision, const std::string& robot_revision);
   // Says by heartbeat that all services but the supervisor are ready.
   void heartbeat();
 
   int calls(const std::string& rpc) const;
   // Waits up to 20 s until `rpc` was called.
   bool wait_for_call(const std::string& rpc) const;
+  // Environment revisions that requests named.
+  std::set<std::string> environment_revisions() const;
   // What motion/set_posture was asked for, in that order.
   std::vector<std::vector<double>> postures() const;
   // Where the last walk left the robot.

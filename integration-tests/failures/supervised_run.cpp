@@ -30,21 +30,16 @@ RunEnd read_run(const std::string& folder) {
   }
   if (std::ifstream file(folder + "/report.json"); file) {
     end.report = nlohmann::json::parse(file);
-    end.status = end.report.at("exit").at("status");
+    end.status = end.report.at("exit").value("status", -1);
     end.reason = end.report.at("exit").at("reason");
   }
   return end;
 }
 
-int SupervisedRun::domain_of(const std::string& name) {
-  unsigned sum = 0;
-  for (const char c : name) sum = 31 * sum + static_cast<unsigned char>(c);
-  return 21 + static_cast<int>(sum % 20);
-}
-
 SupervisedRun::SupervisedRun(const std::string& name, const std::set<std::string>& absent)
-    : bench(name, domain_of(name)),
+    : bench(name),
       services(bench.node(), bench.robot(), absent),
+      supervisor(bench.start("periplus-supervisor", {"--set", "wait_for_service_s=1.5"})),
       events_(bench.node(), "periplus/supervisor/event", dds::qos_latest(256),
               [this](const msg::RunEvent& event) {
                 if (event.kind().to_string() != "end") return;
@@ -53,9 +48,8 @@ SupervisedRun::SupervisedRun(const std::string& name, const std::set<std::string
                 changed_.notify_all();
               }),
       start_(bench.node(), "supervisor/start"),
-      abort_(bench.node(), "supervisor/abort") {
-  bench.start("periplus-supervisor", {"--set", "wait_for_service_s=1.5"});
-}
+      abort_(bench.node(), "supervisor/abort"),
+      environment_(wire::environment_to_wire("ball-on-table", harness::BallOnTable::scene_yaml(), bench.robot_yaml(), bench.robot_urdf())) {}
 
 std::string SupervisedRun::task(const std::string& more) const {
   const std::string deploy = std::string(PERIPLUS_SOURCE_DIR) + "/deploy";
@@ -68,17 +62,17 @@ dds::RpcResult SupervisedRun::start(const std::string& run_id, const std::string
   msg::StartRequest request;
   request.run_id(run_id);
   request.task_yaml(wire::text_to_wire(task_yaml));
-  request.environment(
-      wire::environment_to_wire("ball-on-table", harness::BallOnTable::scene_yaml(), bench.robot_yaml(), bench.robot_urdf()));
+  request.environment(environment_);
   msg::StartReply reply;
   const dds::RpcResult result = start_.call(request, reply, {.deadline = 20s, .wait_for_server = 15s});
   if (folder) *folder = reply.run_folder().to_string();
   return result;
 }
 
-dds::RpcResult SupervisedRun::abort(const std::string& run_id, bool* was_running) {
+dds::RpcResult SupervisedRun::abort(const std::string& run_id, bool* was_running, const std::string& lost) {
   msg::AbortRequest request;
   request.run_id(run_id);
+  request.lost(lost);
   msg::AbortReply reply;
   const dds::RpcResult result = abort_.call(request, reply, {.deadline = 10s, .wait_for_server = 15s});
   if (was_running) *was_running = reply.was_running();
@@ -93,7 +87,7 @@ RunEnd SupervisedRun::wait(const std::string& run_id, std::chrono::seconds timeo
     end.status = ends_[run_id].exit_status();
     end.reason = ends_[run_id].text().to_string();
   }
-  const RunEnd files = read_run(bench.folder() + "/runs/" + run_id);
+  const RunEnd files = read_run(folder(run_id));
   end.states = files.states;
   end.report = files.report;
   return end;

@@ -34,20 +34,24 @@ RunEnd read_run(const std::string& folder);
 
 class SupervisedRun {
  public:
-  // Domain 21..40 by `name`, which is the test's.
+  // `name` is the test's.
   explicit SupervisedRun(const std::string& name, const std::set<std::string>& absent = {});
-  static int domain_of(const std::string& name);
 
   // A task that needs nothing but the robot and a scene of deploy/; `more` are further lines.
   std::string task(const std::string& more = "") const;
   dds::RpcResult start(const std::string& run_id, const std::string& task_yaml, std::string* folder = nullptr);
-  dds::RpcResult abort(const std::string& run_id, bool* was_running = nullptr);
+  // `lost`: the service whose loss is told; empty: the user's wish.
+  dds::RpcResult abort(const std::string& run_id, bool* was_running = nullptr, const std::string& lost = "");
   RunEnd wait(const std::string& run_id, std::chrono::seconds timeout = std::chrono::seconds(30));
   // Start and wait.
   RunEnd run(const std::string& more = "");
+  std::string folder(const std::string& run_id) const { return bench.folder() + "/runs/" + run_id; }
+  // The environment that start() sends.
+  const msg::Environment& environment() const { return environment_; }
 
   harness::TestBench bench;
   ScriptedServices services;
+  harness::Program& supervisor;
 
  private:
   std::mutex mutex_;
@@ -56,6 +60,7 @@ class SupervisedRun {
   dds::Subscriber<msg::RunEvent> events_;
   dds::RpcClient<msg::StartRequest, msg::StartReply> start_;
   dds::RpcClient<msg::AbortRequest, msg::AbortReply> abort_;
+  const msg::Environment environment_;
 };
 
 }  // namespace periplus::failures

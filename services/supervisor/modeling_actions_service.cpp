@@ -3,17 +3,21 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "common/core/clock.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/random.h"
 #include "common/dds/codec_impl.h"
 #include "common/dds/rpc.h"
 #include "common/robot/robot_model.h"
+#include "common/scene/scene.h"
 #include "common/wire/common_wire.h"
 #include "common/wire/knowledge.h"
+#include "common/wire/object_wire.h"
 #include "idl/motion.h"
 #include "idl/nbv.h"
 #include "idl/posture.h"
+#include "idl/sim.h"
 #include "idl/vision.h"
 #include "idl/walk.h"
 
@@ -24,22 +28,35 @@ using Clock = std::chrono::steady_clock;
 
 namespace {
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-std::chrono::milliseconds milliseconds(double s) { return std::chrono::milliseconds(static_cast<long long>(s * 1000)); }
-
 nlohmann::json pose2_json(const msg::Pose2& p) { return {p.x(), p.y(), p.yaw()}; }
 
 voxel::Counts counts_of(const msg::GridCounts& c) { return {c.unknown(), c.known(), c.empty(), c.environment()}; }
+
+// The service lacks the object's revision or the environment that it was asked about.
+bool is_revision_not_here(ErrorCode code) {
+  return code == ErrorCode::vision_revision_not_here || code == ErrorCode::nbv_revision_not_here || code == ErrorCode::posture_revision_not_here ||
+         code == ErrorCode::walk_revision_not_here || code == ErrorCode::motion_revision_not_here;
+}
+
+// Throws Error(bad_input) unless the robot stands in the task's room and is the task's robot, as far as its driver knows.
+void check_robot(const msg::RobotStateReply& robot, const msg::Environment& task) {
+  const std::string scene = robot.scene_revision().to_string(), body = robot.robot_revision().to_string();
+  const std::string remedy = "; bring the services up again with `periplus up` and this task, or run it on a domain of its own (--domain)";
+  require(scene.empty() || scene == wire::scene_revision(scene::without_truth(wire::text_from_wire(task.scene_yaml()))), ErrorCode::bad_input,
+          "the robot stands in scene " + robot.scene_id().to_string() + ", which is not the task's scene " + task.scene_id().to_string() +
+              " (the texts differ)" + remedy);
+  require(body.empty() || body == wire::robot_revision(wire::text_from_wire(task.robot_yaml()), wire::text_from_wire(task.robot_urdf())), ErrorCode::bad_input,
+          "the robot that runs is not the task's: its YAML or URDF differs" + remedy);
+}
 
 }  // namespace
 
 struct ModelingActions::Impl {
   Impl(dds::Node& node, const ActionSettings& s, const Task& t, const std::string& id, const msg::Environment& e, RunRecorder& rec, Whiteboard& board,
-       Recording& caught, WriteQueue& queue, const std::atomic<bool>& abort_flag, std::function<void(msg::RunEvent)> send)
-      : settings(s), task(t), run_id(id), environment(e), recorder(rec), whiteboard(board), recording(caught), writes(queue), abort(abort_flag), publish(std::move(send)),
+       Recording& caught, WriteQueue& queue, const Interruption& cut, std::function<void(msg::RunEvent)> send)
+      : settings(s), task(t), run_id(id), environment(e), recorder(rec), whiteboard(board), recording(caught), writes(queue), interruption(cut), publish(std::move(send)),
         knowledge(node),
-        set_environment(node, "model/set_environment"), begin(node, "model/begin"), capture(node, "vision/capture"), process(node, "vision/process"),
+        robot_state(node, "robot/state"), set_environment(node, "model/set_environment"), begin(node, "model/begin"), capture(node, "vision/capture"), process(node, "vision/process"),
         integrate(node, "model/integrate"), model_publish(node, "model/publish"), model_export(node, "model/export"), model_digest(node, "model/digest"),
         plan_view(node, "nbv/plan"), posture(node, "posture/generate"), plan_walk(node, "walk/plan"), walk(node, "motion/walk"),
         set_posture(node, "motion/set_posture"), motion_state(node, "motion/state"), halt(node, "motion/halt"), stop_rule(t.stop),
@@ -53,10 +70,11 @@ struct ModelingActions::Impl {
   Whiteboard& whiteboard;
   Recording& recording;
   WriteQueue& writes;                 // for what takes time: pictures and arrays
-  const std::atomic<bool>& abort;
+  const Interruption& interruption;
   std::function<void(msg::RunEvent)> publish;
   wire::Knowledge knowledge;
 
+  dds::RpcClient<msg::RobotStateRequest, msg::RobotStateReply> robot_state;
   dds::RpcClient<msg::SetEnvironmentRequest, msg::SetEnvironmentReply> set_environment;
   dds::RpcClient<msg::BeginRequest, msg::BeginReply> begin;
   dds::RpcClient<msg::CaptureRequest, msg::CaptureReply> capture;
@@ -82,7 +100,8 @@ struct ModelingActions::Impl {
   int motions = 0;
   int forbidden_here = 0;             // at this look
   int lost_here = 0;                  // images or perceptions asked for again at this look
-  std::uint32_t revision = 0;
+  msg::Revision environment_revision; // as the model server knows it
+  std::uint32_t revision = 0;         // of the object
   std::vector<Pose> forbidden;        // of the whole run
   LookRecord current;                 // of the look under way
   std::vector<LookRecord> looks;
@@ -101,9 +120,31 @@ struct ModelingActions::Impl {
     dds::CallOptions options;
     options.deadline = milliseconds(deadline_s);
     options.wait_for_server = milliseconds(settings.wait_for_service_s);
-    options.cancelled = [this] { return abort.load(); };
+    options.cancelled = [this] { return interruption.outcome().has_value(); };
     client.call(request, reply, options).throw_if_failed(rpc);
   }
+
+  // As call(), for what needs the environment: a service that lacks it, or the object's revision, has them published again and
+  // is asked once more.
+  template <class Client, class Req, class Rep>
+  void call_knowing(Client& client, const char* rpc, Req& request, Rep& reply, double deadline_s) {
+    request.environment_revision(environment_revision);
+    try {
+      call(client, rpc, request, reply, deadline_s);
+      return;
+    } catch (const Error& e) {
+      if (!is_revision_not_here(e.code())) throw;
+      log::info("published again", {{"for", rpc}, {"because", e.what()}});
+    }
+    msg::PublishRequest again;
+    msg::PublishReply published;
+    again.object_id(task.object_id);
+    call(model_publish, "model/publish", again, published, settings.request_deadline_s);
+    call(client, rpc, request, reply, deadline_s);
+  }
+
+  // How long a look's files wait for what goes past on the topics.
+  std::chrono::milliseconds patience() const { return interruption.hasty() ? 0s : 2s; }
 
   StereoRig rig() const { return robot->stereo_rig(); }
   // Forbids the pose of the present plan; no_view if that was one too many.
@@ -135,8 +176,8 @@ struct ModelingActions::Impl {
 
 ModelingActions::ModelingActions(dds::Node& node, const ActionSettings& settings, const Task& task, const std::string& run_id, const msg::Environment& environment,
                                  RunRecorder& recorder, Whiteboard& whiteboard, Recording& recording, WriteQueue& writes,
-                                 const std::atomic<bool>& abort, std::function<void(msg::RunEvent)> publish)
-    : impl_(std::make_unique<Impl>(node, settings, task, run_id, environment, recorder, whiteboard, recording, writes, abort, std::move(publish))), abort_(abort) {}
+                                 const Interruption& interruption, std::function<void(msg::RunEvent)> publish)
+    : impl_(std::make_unique<Impl>(node, settings, task, run_id, environment, recorder, whiteboard, recording, writes, interruption, std::move(publish))), interruption_(interruption) {}
 
 ModelingActions::~ModelingActions() {
   try {
@@ -179,7 +220,7 @@ Outcome ModelingActions::act(State state) {
     switch (e.code()) {
       case ErrorCode::cancelled:
       case ErrorCode::motion_halted:
-        if (abort_) return {Trigger::abort, "aborted by the user"};
+        if (const auto cut = interruption_.outcome()) return *cut;
         return {Trigger::failed, cause};
       case ErrorCode::supervisor_service_lost:
       case ErrorCode::motion_robot_silent:
@@ -216,10 +257,17 @@ Outcome ModelingActions::act(State state) {
 
 Outcome ModelingActions::Impl::prepare() {
   {
+    msg::RobotStateRequest request;
+    msg::RobotStateReply reply;
+    call(robot_state, "robot/state", request, reply, settings.request_deadline_s);
+    check_robot(reply, environment);
+  }
+  {
     msg::SetEnvironmentRequest request;
     msg::SetEnvironmentReply reply;
     request.environment(environment);
     call(set_environment, "model/set_environment", request, reply, settings.request_deadline_s);
+    environment_revision = reply.revision();
   }
   msg::BeginRequest request;
   msg::BeginReply reply;
@@ -239,11 +287,11 @@ Outcome ModelingActions::Impl::grab_images() {
   msg::CaptureRequest request;
   msg::CaptureReply reply;
   request.view_id(view_id());
-  call(capture, "vision/capture", request, reply, settings.request_deadline_s);
+  call_knowing(capture, "vision/capture", request, reply, settings.request_deadline_s);
   current.look = look_number;
   current.X_WC = wire::from_wire(reply.pose_world_camera());
   whiteboard.put("view", {{"view_id", view_id()}, {"stamp_ns", reply.stamp_ns()}, {"attempts", reply.attempts()}});
-  writes.add([this, look = look_number, stamp = reply.stamp_ns()] { recording.save_images(recorder, look, stamp, 2s); });
+  writes.add([this, look = look_number, stamp = reply.stamp_ns()] { recording.save_images(recorder, look, stamp, patience()); });
   return {};
 }
 
@@ -254,7 +302,7 @@ Outcome ModelingActions::Impl::half_sitting() {
   msg::MotionReply reply;
   request.motion_id(id("m", ++motions));
   request.configuration(recorded.at("configuration").get<std::vector<double>>());
-  call(set_posture, "motion/set_posture", request, reply, settings.motion_deadline_s);
+  call_knowing(set_posture, "motion/set_posture", request, reply, settings.motion_deadline_s);
   record_motion("standing", reply);
   return {};
 }
@@ -264,13 +312,13 @@ Outcome ModelingActions::Impl::process_images() {
   msg::ProcessReply reply;
   request.view_id(view_id());
   request.box(wire::to_wire(task.box));
-  call(process, "vision/process", request, reply, settings.request_deadline_s);
+  call_knowing(process, "vision/process", request, reply, settings.request_deadline_s);
   current.X_WC = wire::from_wire(reply.pose_world_camera());
   current.valid_share = reply.valid_share();
   current.valid_share_in_box = reply.valid_share_in_box();
   current.features = static_cast<int>(reply.features());
   for (const msg::NamedNumber& n : reply.seconds()) current.seconds.emplace_back("vision." + n.name().to_string(), n.value());
-  writes.add([this, look = look_number, view = view_id()] { recording.save_perception(recorder, look, view, 2s); });
+  writes.add([this, look = look_number, view = view_id()] { recording.save_perception(recorder, look, view, patience()); });
   return {};
 }
 
@@ -286,7 +334,7 @@ Outcome ModelingActions::Impl::integrate_view() {
   current.found_gain_voxels = reply.found_gain_voxels();
   for (const msg::NamedNumber& n : reply.seconds()) current.seconds.emplace_back("model." + n.name().to_string(), n.value());
   writes.add([this, look = look_number, wanted = revision] {
-    if (const auto object = knowledge.object(task.object_id, wanted, 2s)) recorder.save_grid(look, *object->grid);
+    if (const auto object = knowledge.object(task.object_id, wanted, patience())) recorder.save_grid(look, *object->grid);
   });
   whiteboard.put("model", {{"object_id", task.object_id}, {"revision", revision}, {"unknown", current.counts.unknown}, {"known", current.counts.known}});
   return {};
@@ -339,17 +387,7 @@ Outcome ModelingActions::Impl::next_view() {
   Random seeds(task.seed * 1000003u + static_cast<std::uint64_t>(attempt));
   request.seed(seeds.next());
   request.max_evaluations(0);
-  try {
-    call(plan_view, "nbv/plan", request, view, settings.request_deadline_s);
-  } catch (const Error& e) {
-    if (e.code() != ErrorCode::nbv_revision_not_here) throw;
-    // The planner missed the newest grid: have it published again, then ask once more.
-    msg::PublishRequest again;
-    msg::PublishReply published;
-    again.object_id(task.object_id);
-    call(model_publish, "model/publish", again, published, settings.request_deadline_s);
-    call(plan_view, "nbv/plan", request, view, settings.request_deadline_s);
-  }
+  call_knowing(plan_view, "nbv/plan", request, view, settings.request_deadline_s);
   current.predicted_gain_px = view.predicted_gain_px();
   current.predicted_gain_voxels = view.predicted_gain_voxels();
   whiteboard.put("next_view", {{"pose_world_camera", to_json(wire::from_wire(view.pose_world_camera()))},
@@ -369,7 +407,7 @@ Outcome ModelingActions::Impl::generate_posture() {
   request.object_id(task.object_id);
   request.revision(revision);
   request.pose_world_camera(view.pose_world_camera());
-  call(posture, "posture/generate", request, next_posture, settings.request_deadline_s);
+  call_knowing(posture, "posture/generate", request, next_posture, settings.request_deadline_s);
   whiteboard.put("posture", {{"configuration", next_posture.configuration()},
                              {"left_foot", pose2_json(next_posture.left_foot())},
                              {"right_foot", pose2_json(next_posture.right_foot())},
@@ -392,7 +430,7 @@ Outcome ModelingActions::Impl::plan_steps() {
   request.right_goal(next_posture.right_foot());
   Random seeds(task.seed * 7919u + static_cast<std::uint64_t>(attempt));
   request.seed(seeds.next());
-  call(plan_walk, "walk/plan", request, steps, settings.request_deadline_s);
+  call_knowing(plan_walk, "walk/plan", request, steps, settings.request_deadline_s);
   nlohmann::json step_list = nlohmann::json::array(), line = nlohmann::json::array();
   for (const msg::Step& s : steps.steps()) step_list.push_back({s.foot(), s.pose().x(), s.pose().y(), s.pose().yaw()});
   for (const msg::Pose2& p : steps.path()) line.push_back(pose2_json(p));
@@ -406,7 +444,7 @@ Outcome ModelingActions::Impl::do_walk() {
   msg::MotionReply reply;
   request.motion_id(id("m", ++motions));
   request.steps(steps.steps());
-  call(walk, "motion/walk", request, reply, settings.motion_deadline_s);
+  call_knowing(walk, "motion/walk", request, reply, settings.motion_deadline_s);
   // Where the walk ended is where the robot goes back to before it walks again.
   record_motion("half_sitting", reply);
   return {};
@@ -419,7 +457,7 @@ Outcome ModelingActions::Impl::do_set_posture() {
   msg::MotionReply reply;
   request.motion_id(id("m", ++motions));
   request.configuration(wanted.at("configuration").get<std::vector<double>>());
-  call(set_posture, "motion/set_posture", request, reply, settings.motion_deadline_s);
+  call_knowing(set_posture, "motion/set_posture", request, reply, settings.motion_deadline_s);
   record_motion("looking", reply);
   return {};
 }
@@ -428,17 +466,18 @@ Outcome ModelingActions::Impl::do_halt() {
   msg::HaltRequest request;
   msg::HaltReply reply;
   dds::CallOptions options;
-  options.deadline = 10s;
+  options.deadline = interruption.hasty() ? 2s : 10s;   // a controller that ends with us halts by itself
   halt.call(request, reply, options).throw_if_failed("motion/halt");
   return {};
 }
 
 void ModelingActions::export_models() {
   Impl& i = *impl_;
+  const auto hasty = [&i] { return i.interruption.hasty(); };
   for (const auto& [format, name] : {std::pair{"periplus", "model.periplus"}, {"ply", "model.ply"}, {"bt", "model.bt"}}) {
     try {
       bool saved = false;
-      for (int attempt = 0; attempt < 2 && !saved; ++attempt) {  // the file goes out with each request: one lost sample is asked for again
+      for (int attempt = 0; attempt < 2 && !saved && !hasty(); ++attempt) {  // the file goes out with each request: one lost sample is asked for again
         msg::ExportRequest request;
         msg::ExportReply reply;
         request.object_id(i.task.object_id);
@@ -446,6 +485,7 @@ void ModelingActions::export_models() {
         dds::CallOptions options;
         options.deadline = milliseconds(i.settings.request_deadline_s);
         options.wait_for_server = 2s;
+        options.cancelled = hasty;
         i.model_export.call(request, reply, options).throw_if_failed("model/export");
         saved = i.recording.save_model(i.recorder, name, reply.sha256().to_string(), 5s);
       }
@@ -454,12 +494,14 @@ void ModelingActions::export_models() {
       log::warn("a model file could not be exported", {{"file", name}, {"cause", e.what()}});
     }
   }
+  if (hasty()) return;
   try {
     msg::DigestRequest request;
     msg::DigestReply reply;
     request.object_id(i.task.object_id);
     dds::CallOptions options;
     options.deadline = milliseconds(i.settings.request_deadline_s);
+    options.cancelled = hasty;
     i.model_digest.call(request, reply, options).throw_if_failed("model/digest");
     i.digest = reply.digest().to_string();
   } catch (const std::exception& e) {

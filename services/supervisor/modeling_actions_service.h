@@ -1,13 +1,13 @@
 // What the states of a modelling run do, over DDS: the calls to the other services, the recorder and the whiteboard.
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
 
 #include "idl/model.h"
 #include "idl/supervisor.h"
+#include "services/supervisor/interruption.h"
 #include "services/supervisor/modeling_machine.h"
 #include "services/supervisor/recording_service.h"
 #include "services/supervisor/run_recorder.h"
@@ -28,15 +28,16 @@ class ModelingActions : public Actions {
  public:
   // `publish` sends an event to whoever watches; it fills in the run's id and the number.
   ModelingActions(dds::Node& node, const ActionSettings& settings, const Task& task, const std::string& run_id, const msg::Environment& environment,
-                  RunRecorder& recorder, Whiteboard& whiteboard, Recording& recording, WriteQueue& writes, const std::atomic<bool>& abort,
+                  RunRecorder& recorder, Whiteboard& whiteboard, Recording& recording, WriteQueue& writes, const Interruption& interruption,
                   std::function<void(msg::RunEvent)> publish);
   ~ModelingActions() override;
 
   Outcome perform(State state) override;
-  bool abort_requested() const override { return abort_; }
+  std::optional<Outcome> interruption() const override { return interruption_.outcome(); }
 
-  // After the end: exports the models; looks, views and forbidden poses for the report. Never throws: says what failed in the log.
+  // After the end: exports the models, unless the run was cut short in haste. Never throws: says what failed in the log.
   void export_models();
+  // Looks, views and forbidden poses so far.
   nlohmann::json report() const;
   int look() const;
 
@@ -44,7 +45,7 @@ class ModelingActions : public Actions {
   Outcome act(State state);
   struct Impl;
   std::unique_ptr<Impl> impl_;
-  const std::atomic<bool>& abort_;
+  const Interruption& interruption_;
 };
 
 }  // namespace periplus::supervisor

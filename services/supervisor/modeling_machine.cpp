@@ -10,11 +10,8 @@ MachineResult run_machine(Actions& actions, const std::function<void(State, cons
   for (;;) {
     entered(state, cause);
     if (is_end(state)) return {state, cause};
-    Outcome outcome;
-    if (actions.abort_requested() && state != State::halt)
-      outcome = {Trigger::abort, "aborted by the user"};
-    else
-      outcome = actions.perform(state);
+    const std::optional<Outcome> interruption = state == State::halt ? std::nullopt : actions.interruption();
+    const Outcome outcome = interruption ? *interruption : actions.perform(state);
     const State next = next_state(state, outcome.trigger);
     // A way out keeps the cause that led into it: "posture not reached: ...", not "standing".
     if (state != State::return_half_sitting && state != State::halt) {

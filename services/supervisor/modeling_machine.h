@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@ class Actions {
  public:
   virtual ~Actions() = default;
   virtual Outcome perform(State state) = 0;
-  virtual bool abort_requested() const = 0;
+  // What cuts the run short, if anything does.
+  virtual std::optional<Outcome> interruption() const = 0;
 };
 
 struct MachineResult {
@@ -28,8 +30,8 @@ struct MachineResult {
   std::string cause;   // what led to the end
 };
 
-// `entered(state, cause)` is called before each state's action, the end included. The abort flag is looked at between states
-// and whenever an action returns Trigger::abort; halt and the ends are not interrupted.
+// `entered(state, cause)` is called before each state's action, the end included. An interruption is looked for between states;
+// an action that it cuts short returns it. Halt and the ends are not interrupted.
 MachineResult run_machine(Actions& actions, const std::function<void(State, const std::string& cause)>& entered);
 
 // When the model is complete (thesis 5.1.2): the promised gain falls under the least gain, or the last three promises differ

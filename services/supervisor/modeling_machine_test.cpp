@@ -12,11 +12,12 @@ class Scripted : public Actions {
  public:
   std::map<State, std::vector<Outcome>> script;
   int looks = 2;
-  bool abort = false;
-  State abort_at = State::end;
+  std::optional<Outcome> interrupted;
+  Outcome interruption_to_come{Trigger::abort, "aborted by the user"};
+  State interrupted_at = State::end;
 
   Outcome perform(State state) override {
-    if (state == abort_at) abort = true;
+    if (state == interrupted_at) interrupted = interruption_to_come;
     auto& left = script[state];
     if (!left.empty()) {
       const Outcome o = left.front();
@@ -26,7 +27,7 @@ class Scripted : public Actions {
     if (state == State::next_view && ++seen_ > looks) return {Trigger::gain_small, "nothing left"};
     return {};
   }
-  bool abort_requested() const override { return abort; }
+  std::optional<Outcome> interruption() const override { return interrupted; }
 
  private:
   int seen_ = 0;
@@ -71,12 +72,22 @@ TEST(ModelingMachine, InfeasiblePostureAndMissingPathAskForAnotherView) {
 TEST(ModelingMachine, AbortHaltsTheRobotFromAnyState) {
   for (const State at : {State::prepare, State::process_images, State::next_view, State::walk, State::set_posture}) {
     Scripted a;
-    a.abort_at = at;
+    a.interrupted_at = at;
     const auto [result, trace] = run(a);
     EXPECT_EQ(exit_status(result.end), 130);
     EXPECT_NE(trace.find("halt aborted"), std::string::npos) << trace;
     EXPECT_EQ(result.cause, "aborted by the user");
   }
+}
+
+TEST(ModelingMachine, ALossThatIsToldEndsTheRunAtOnce) {
+  Scripted a;
+  a.interrupted_at = State::plan_steps;
+  a.interruption_to_come = {Trigger::lost, "simulator was ended by signal 9"};
+  const auto [result, trace] = run(a);
+  EXPECT_EQ(exit_status(result.end), 5);
+  EXPECT_EQ(result.cause, "simulator was ended by signal 9");
+  EXPECT_NE(trace.find("plan_steps walk service_lost"), std::string::npos) << trace;   // found before the walk begins
 }
 
 TEST(ModelingMachine, ALostServiceEndsTheRun) {

@@ -29,6 +29,9 @@ std::int64_t stamp_of(const RosImage& image) {
 }  // namespace
 
 struct Recording::Impl {
+  explicit Impl(dds::Node& n) : node(n) {}
+
+  dds::Node& node;
   std::mutex mutex;
   std::condition_variable arrived;
   // Samples are large: they are copied once, when they come.
@@ -42,13 +45,29 @@ struct Recording::Impl {
   std::unique_ptr<dds::Subscriber<msg::ModelFile>> file;
   std::unique_ptr<dds::Subscriber<msg::Truth>> truths;
 
+  // A new reader: the newest truth of each simulator that is alive comes again.
+  void read_truth() {
+    truths.reset();   // before the lock: it waits for its callback
+    {
+      const std::lock_guard lock(mutex);
+      truth.reset();
+    }
+    dds::Qos qos = dds::qos_latest(1);
+    qos.partition = "truth";
+    truths = std::make_unique<dds::Subscriber<msg::Truth>>(node, "periplus/truth", qos, [this](const msg::Truth& t) {
+      const std::lock_guard lock(mutex);
+      truth = std::make_unique<msg::Truth>(t);
+      arrived.notify_all();
+    });
+  }
+
   template <class Ready>
   bool wait(std::unique_lock<std::mutex>& lock, std::chrono::milliseconds timeout, Ready ready) {
     return arrived.wait_for(lock, timeout, ready);
   }
 };
 
-Recording::Recording(dds::Node& node) : impl_(std::make_unique<Impl>()) {
+Recording::Recording(dds::Node& node) : impl_(std::make_unique<Impl>(node)) {
   Impl& i = *impl_;
   for (const auto& [camera, topic] : {std::pair{"left", "rt/stereo/left/image_raw"}, {"right", "rt/stereo/right/image_raw"}, {"wide", "rt/wide/image_raw"}})
     i.cameras.push_back(std::make_unique<dds::Subscriber<RosImage>>(node, topic, dds::qos_stream(8), [&i, name = std::string(camera)](const RosImage& image) {
@@ -78,22 +97,19 @@ Recording::Recording(dds::Node& node) : impl_(std::make_unique<Impl>()) {
     i.files[digest] = std::move(kept_file);
     i.arrived.notify_all();
   });
-  dds::Qos qos = dds::qos_latest(1);
-  qos.partition = "truth";
-  i.truths = std::make_unique<dds::Subscriber<msg::Truth>>(node, "periplus/truth", qos, [&i](const msg::Truth& t) {
-    std::lock_guard lock(i.mutex);
-    i.truth = std::make_unique<msg::Truth>(t);
-    i.arrived.notify_all();
-  });
+  i.read_truth();
 }
 
 Recording::~Recording() = default;
 
 void Recording::clear() {
-  std::lock_guard lock(impl_->mutex);
-  impl_->images.clear();
-  impl_->perceptions.clear();
-  impl_->files.clear();
+  {
+    std::lock_guard lock(impl_->mutex);
+    impl_->images.clear();
+    impl_->perceptions.clear();
+    impl_->files.clear();
+  }
+  impl_->read_truth();
 }
 
 bool Recording::save_images(const RunRecorder& recorder, int look, std::int64_t stamp_ns, std::chrono::milliseconds timeout) {

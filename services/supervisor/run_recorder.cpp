@@ -83,7 +83,7 @@ nlohmann::json to_json(const Pose& X) {
 }
 
 RunRecorder::RunRecorder(const std::string& folder) : folder_(folder) {
-  require(!fs::exists(folder + "/report.json"), ErrorCode::bad_input, folder + " holds a finished run; give another run id");
+  require(!fs::exists(folder + "/report.json"), ErrorCode::bad_input, folder + " holds a run already; give another run id");
   std::error_code error;
   fs::create_directories(folder + "/looks", error);
   require(!error, ErrorCode::io, "cannot create " + folder + ": " + error.message() + "; choose an output folder that can be written");
@@ -108,7 +108,10 @@ void RunRecorder::save_bytes(const std::string& name, const void* data, std::siz
 void RunRecorder::save_text(const std::string& name, std::string_view text) const { save_bytes(name, text.data(), text.size()); }
 
 void RunRecorder::save_json(const std::string& name, const nlohmann::json& value) const {
-  save_text(name, value.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  save_text(name + ".new", value.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  std::error_code error;
+  fs::rename(folder_ + "/" + name + ".new", folder_ + "/" + name, error);
+  require(!error, ErrorCode::io, "cannot write " + folder_ + "/" + name + ": " + error.message());
 }
 
 void RunRecorder::save_image(int look, const std::string& camera, const ImageU8& image) const {

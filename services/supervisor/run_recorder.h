@@ -47,6 +47,7 @@ class RunRecorder {
   void save_perception(int look, const object_model::Perception& perception) const;
   void save_grid(int look, const voxel::OccupancyGrid& grid) const;
   void save_look(const LookRecord& look, const StereoRig& rig) const;
+  // Takes the place of an earlier file of that name at one stroke: whoever reads, however it ends, finds the one or the other.
   void save_json(const std::string& name, const nlohmann::json& value) const;
 
   // The record of a look as it stands in report.json.

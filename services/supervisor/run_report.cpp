@@ -200,7 +200,7 @@ std::string html_report(const std::string& folder) {
                        escape(report.value("task", "run")) + "</title><style>" + style + "</style>";
     html += "<h1>" + escape(report.value("task", "run")) + "</h1><p class=sub>" + escape(report.value("run_id", "")) + " · " + escape(report.value("began", "")) +
             " · Periplus " + escape(report.value("version", "")) + " · seed " + std::to_string(report.value("seed", 0ull)) + " · <b class=" + (status == 0 ? "ok" : "bad") + ">" +
-            escape(exit.value("state", "?")) + " (exit " + std::to_string(status) + ")</b>: " + escape(exit.value("reason", "")) + "</p><div class=tiles>";
+            escape(exit.value("state", "?")) + (exit.contains("status") ? " (exit " + std::to_string(status) + ")" : "") + "</b>: " + escape(exit.value("reason", "")) + "</p><div class=tiles>";
     if (report.contains("coverage_reachable")) html += tile(number(100 * report["coverage_reachable"].get<double>()) + " %", "of the reachable surface");
     if (report.contains("coverage_visible")) html += tile(number(100 * report["coverage_visible"].get<double>()) + " %", "of the visible surface");
     if (report.contains("surface_error"))

@@ -1,7 +1,5 @@
 #include "services/supervisor/supervisor_service.h"
 
-#include <unistd.h>
-
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -10,13 +8,16 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "common/core/clock.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/version.h"
 #include "common/dds/codec_impl.h"
 #include "common/wire/common_wire.h"
 #include "idl/supervisor.h"
+#include "services/supervisor/interruption.h"
 #include "services/supervisor/modeling_actions_service.h"
+#include "services/supervisor/other_supervisors.h"
 
 namespace periplus::supervisor {
 
@@ -33,20 +34,20 @@ SupervisorSettings read_settings(const config::Node& configuration) {
 
 struct SupervisorService::Impl {
   Impl(service::Service& s, const SupervisorSettings& t)
-      : service(s), settings(t), recording(s.node()), events(s.node(), "periplus/supervisor/event", dds::qos_latest(256)) {}
+      : service(s), settings(t), recording(s.node()), others(s.instance()), events(s.node(), "periplus/supervisor/event", dds::qos_latest(256)) {}
 
   service::Service& service;
   SupervisorSettings settings;
   Recording recording;
+  OtherSupervisors others;
   dds::Publisher<msg::RunEvent> events;
 
   std::mutex mutex;
   std::map<std::string, std::string> vendors;   // service -> vendor, by its heartbeats
-  std::map<std::string, long long> supervisors; // other supervisors' instances -> last heartbeat
   std::string run_id;                           // the last one
   std::string run_folder;
   std::atomic<bool> running{false};
-  std::atomic<bool> abort{false};
+  Interruption interruption;
   std::atomic<std::uint32_t> event_number{0};
   std::thread run_thread;
 
@@ -63,30 +64,22 @@ struct SupervisorService::Impl {
   }
   void begin(const msg::StartRequest& request, msg::StartReply& reply);
   void run(Task task, msg::Environment environment);
+  // report.json but for how the run ended. `actions` may be null.
+  nlohmann::json report_of(const Task& task, const ModelingActions* actions, std::chrono::steady_clock::time_point began, long long began_ns);
 };
 
 SupervisorService::SupervisorService(service::Service& service, const SupervisorSettings& settings) : impl_(std::make_unique<Impl>(service, settings)) {
   Impl& i = *impl_;
   i.statuses = std::make_unique<dds::Subscriber<msg::ServiceStatus>>(service.node(), "periplus/service/status", dds::qos_latest(1), [&i](const msg::ServiceStatus& s) {
+    if (s.service().to_string() == "supervisor") i.others.heard(s.instance().to_string(), s.state());
     std::lock_guard lock(i.mutex);
-    const bool gone = s.state() >= 3;
-    if (!gone) i.vendors[s.service().to_string()] = s.vendor().to_string();
-    if (s.service().to_string() == "supervisor" && s.pid() != static_cast<std::uint32_t>(::getpid())) {
-      if (gone)
-        i.supervisors.erase(s.instance().to_string());
-      else
-        i.supervisors[s.instance().to_string()] = s.wall_time_ns();
-    }
+    if (s.state() < 3) i.vendors[s.service().to_string()] = s.vendor().to_string();
   });
   service.waiting_for("signs of another supervisor (1.5 s)");
   service.wait_until_stopped(1500ms);
-  {
-    std::lock_guard lock(i.mutex);
-    const long long now = wall_time_ns();
-    for (const auto& [instance, seen] : i.supervisors)
-      require(now - seen > 3000000000LL, ErrorCode::supervisor_busy,
-              "another supervisor (" + instance + ") is already on this domain; stop it with `periplus down`, or choose another domain with PERIPLUS_DOMAIN");
-  }
+  if (const auto other = i.others.stronger())
+    throw_error(ErrorCode::supervisor_busy,
+                "another supervisor (" + *other + ") is already on this domain; stop it with `periplus down`, or choose another domain with PERIPLUS_DOMAIN");
   i.start = service.serve<msg::StartRequest, msg::StartReply>(
       "supervisor/start", [&i](const msg::StartRequest& q, msg::StartReply& r, dds::RpcContext&) { i.begin(q, r); });
   i.abort_rpc = service.serve<msg::AbortRequest, msg::AbortReply>("supervisor/abort", [&i](const msg::AbortRequest& q, msg::AbortReply& r, dds::RpcContext&) {
@@ -94,12 +87,14 @@ SupervisorService::SupervisorService(service::Service& service, const Supervisor
     std::lock_guard lock(i.mutex);
     require(id.empty() || id == i.run_id, ErrorCode::supervisor_no_such_run, "there is no run " + id + " here; `periplus watch` shows the one there is");
     r.was_running(i.running);
-    if (i.running) i.abort = true;
+    if (!i.running) return;
+    const std::string lost = q.lost().to_string();
+    lost.empty() ? i.interruption.abort() : i.interruption.lose(lost);
   });
 }
 
 SupervisorService::~SupervisorService() {
-  impl_->abort = true;
+  impl_->interruption.stop();
   impl_->start.reset();
   impl_->abort_rpc.reset();
   if (impl_->run_thread.joinable()) impl_->run_thread.join();
@@ -107,7 +102,13 @@ SupervisorService::~SupervisorService() {
 
 void SupervisorService::Impl::begin(const msg::StartRequest& request, msg::StartReply& reply) {
   const std::string id = wire::id_from_wire(request.run_id(), "run_id");
-  Task task = parse_task(wire::text_from_wire(request.task_yaml()), "task", ".");
+  Task task;
+  try {
+    // The files that it names stand on the client's computer; what they say came along.
+    task = parse_task(wire::text_from_wire(request.task_yaml()), "task", std::nullopt);
+  } catch (const Error& e) {
+    throw_error(ErrorCode::supervisor_bad_task, e.what());
+  }
   std::lock_guard lock(mutex);
   if (running && id == run_id) {  // asked twice
     reply.run_folder(run_folder);
@@ -121,15 +122,30 @@ void SupervisorService::Impl::begin(const msg::StartRequest& request, msg::Start
   RunRecorder check(run_folder);  // refuses what cannot be written before the run begins
   reply.run_folder(run_folder);
   running = true;
-  abort = false;
+  interruption.clear();
   event_number = 0;
   run_thread = std::thread([this, task, environment = request.environment()] { run(task, environment); });
+}
+
+nlohmann::json SupervisorService::Impl::report_of(const Task& task, const ModelingActions* actions, std::chrono::steady_clock::time_point began, long long began_ns) {
+  nlohmann::json report = {{"schema", 1},
+                           {"task", task.name},
+                           {"run_id", run_id},
+                           {"seed", task.seed},
+                           {"voxel_m", task.voxel_m},
+                           {"object_box", {{"pose_world_box", to_json(task.box.X_WB)}, {"size_m", {task.box.size.x(), task.box.size.y(), task.box.size.z()}}}},
+                           {"version", version()},
+                           {"began", iso_time(began_ns)},
+                           {"wall_time_s", seconds_since(began)}};
+  if (actions) report.update(actions->report());
+  const std::lock_guard lock(mutex);
+  report["vendors"] = vendors;
+  return report;
 }
 
 void SupervisorService::Impl::run(Task task, msg::Environment environment) {
   const auto began = std::chrono::steady_clock::now();
   const long long began_ns = wall_time_ns();
-  nlohmann::json report = {{"task", nlohmann::json::object()}, {"schema", 1}};
   MachineResult result{State::service_lost, ""};
   try {
     recording.clear();
@@ -143,6 +159,11 @@ void SupervisorService::Impl::run(Task task, msg::Environment environment) {
     std::unique_ptr<ModelingActions> actions;
     const auto entered = [&](State state, const std::string& cause) {
       const int look = actions ? actions->look() : 0;
+      if (!is_end(state)) {  // a supervisor that is killed leaves the report as it stood last, without an exit status
+        nlohmann::json report = report_of(task, actions.get(), began, began_ns);
+        report["exit"] = {{"state", "unfinished"}, {"reason", std::string("written when the run entered ") + to_string(state) + "; it did not get to its end"}};
+        recorder.save_json("report.json", report);
+      }
       whiteboard.entered(to_string(state), cause, look);
       log::info("state", {{"state", to_string(state)}, {"cause", cause}, {"look", std::to_string(look)}});
       if (is_end(state)) return;  // told once the files stand
@@ -155,7 +176,7 @@ void SupervisorService::Impl::run(Task task, msg::Environment environment) {
     };
     try {
       actions = std::make_unique<ModelingActions>(service.node(), ActionSettings{settings.wait_for_service_s, settings.request_deadline_s, settings.motion_deadline_s},
-                                                  task, run_id, environment, recorder, whiteboard, recording, writes, abort, [this](msg::RunEvent e) { publish(std::move(e)); });
+                                                  task, run_id, environment, recorder, whiteboard, recording, writes, interruption, [this](msg::RunEvent e) { publish(std::move(e)); });
       result = run_machine(*actions, entered);
     } catch (const Error& e) {
       result = {e.code() == ErrorCode::bad_input ? State::bad_input : State::service_lost, e.what()};
@@ -164,24 +185,10 @@ void SupervisorService::Impl::run(Task task, msg::Environment environment) {
     if (actions) {
       actions->export_models();
       writes.flush();
-      report.update(actions->report());
     }
     if (task.truth) recording.save_truth(recorder);
-    std::map<std::string, std::string> vendor_by_service;
-    {
-      std::lock_guard lock(mutex);
-      vendor_by_service = vendors;
-    }
-    report["task"] = task.name;
-    report["run_id"] = run_id;
-    report["seed"] = task.seed;
-    report["voxel_m"] = task.voxel_m;
-    report["object_box"] = {{"pose_world_box", to_json(task.box.X_WB)}, {"size_m", {task.box.size.x(), task.box.size.y(), task.box.size.z()}}};
-    report["version"] = version();
-    report["vendors"] = vendor_by_service;
+    nlohmann::json report = report_of(task, actions.get(), began, began_ns);
     report["exit"] = {{"status", exit_status(result.end)}, {"state", to_string(result.end)}, {"reason", result.cause}};
-    report["began"] = iso_time(began_ns);
-    report["wall_time_s"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     recorder.save_json("report.json", report);
   } catch (const std::exception& e) {
     log::error("the run's files could not be written", {{"cause", e.what()}});

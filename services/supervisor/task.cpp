@@ -1,11 +1,13 @@
 #include "services/supervisor/task.h"
 
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
 #include <filesystem>
-#include <set>
-#include <sstream>
 
 #include "common/core/config.h"
 #include "common/core/error.h"
+#include "common/service/service_names.h"
 
 namespace periplus::supervisor {
 
@@ -13,10 +15,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const std::set<std::string>& services() {
-  static const std::set<std::string> names = {"default",           "vision_server", "model_server",      "nbv_planner", "posture_generator",
-                                              "walk_planner", "motion_controller", "supervisor",  "simulator"};
-  return names;
+bool has_vendor(const std::string& key) {
+  const auto& names = service::service_names();
+  return key == "default" || std::find(names.begin(), names.end(), key) != names.end();
 }
 
 bool is_name(const std::string& text, std::size_t longest) {
@@ -26,7 +27,9 @@ bool is_name(const std::string& text, std::size_t longest) {
   return true;
 }
 
-std::string resolve(const std::string& path, const std::string& folder, const std::string& where) {
+std::string resolve(const std::string& path, const std::optional<std::string>& whence, const std::string& where) {
+  if (!whence) return path;
+  const std::string& folder = *whence;
   if (fs::path(path).is_absolute()) {
     require(fs::is_regular_file(path), ErrorCode::bad_input, where + ": there is no file " + path);
     return path;
@@ -40,15 +43,6 @@ std::string resolve(const std::string& path, const std::string& folder, const st
               where + ": there is no file " + path + " in " + folder + " or any folder above it; give a path that exists");
 }
 
-std::string number(double v) {
-  std::ostringstream s;
-  s.precision(17);
-  s << v;
-  return s.str();
-}
-
-std::string vector(const Eigen::Vector3d& v) { return "[" + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + "]"; }
-
 }  // namespace
 
 std::string Task::vendor(const std::string& service) const {
@@ -57,9 +51,9 @@ std::string Task::vendor(const std::string& service) const {
   return "";
 }
 
-Task parse_task(std::string_view yaml, std::string_view name, const std::string& folder) { return read_task(config::parse(yaml, name), folder); }
+Task parse_task(std::string_view yaml, std::string_view name, const std::optional<std::string>& folder) { return read_task(config::parse(yaml, name), folder); }
 
-Task read_task(const config::Node& root, const std::string& folder) {
+Task read_task(const config::Node& root, const std::optional<std::string>& folder) {
   Task t;
   int schema = 0;
   root.read("schema", schema);
@@ -94,7 +88,7 @@ Task read_task(const config::Node& root, const std::string& folder) {
   root.read("most_forbidden", t.most_forbidden, {.minimum = 1, .maximum = 100});
   const config::Node dds = root.child("dds");
   for (const std::string& service : dds.keys()) {
-    require(services().count(service) > 0, ErrorCode::bad_input, dds.where() + ": there is no service " + service);
+    require(has_vendor(service), ErrorCode::bad_input, dds.where() + ": there is no service " + service);
     dds.read_choice(service, t.dds[service], {"fastdds", "cyclonedds"});
   }
   root.read("output", t.output);
@@ -109,21 +103,42 @@ Task load_task(const std::string& path) {
 }
 
 std::string Task::yaml() const {
-  const Eigen::Vector3d ypr = yaw_pitch_roll(box.X_WB.linear());
-  std::string s = "schema: 1\n";
-  s += "name: " + name + "\nrobot: " + robot + "\nscene: " + scene + "\n";
-  s += "object:\n  id: " + object_id + "\n  box_center_m: " + vector(box.X_WB.translation()) + "\n  box_size_m: " + vector(box.size) +
-       "\n  box_yaw_rad: " + number(ypr[0]) + "\n";
-  s += "voxel_m: " + number(voxel_m) + "\n";
-  s += "stop:\n  least_gain_voxels: " + number(stop.least_gain_voxels) + "\n  variation_voxels: " + number(stop.variation_voxels) +
-       "\n  most_looks: " + std::to_string(stop.most_looks) + "\n  most_time_s: " + number(stop.most_time_s) + "\n";
-  s += "seed: " + std::to_string(seed) + "\nmotion_mode: " + motion_mode + "\ntruth: " + (truth ? "true" : "false") +
-       "\nmost_forbidden: " + std::to_string(most_forbidden) + "\n";
+  YAML::Emitter out;
+  out.SetDoublePrecision(17);
+  const auto vector = [&out](const Eigen::Vector3d& v) { out << YAML::Flow << YAML::BeginSeq << v.x() << v.y() << v.z() << YAML::EndSeq; };
+  const auto put = [&out](const char* key, const auto& value) { out << YAML::Key << key << YAML::Value << value; };
+  out << YAML::BeginMap;
+  put("schema", 1);
+  put("name", name);
+  put("robot", robot);
+  put("scene", scene);
+  out << YAML::Key << "object" << YAML::Value << YAML::BeginMap;
+  put("id", object_id);
+  out << YAML::Key << "box_center_m" << YAML::Value;
+  vector(box.X_WB.translation());
+  out << YAML::Key << "box_size_m" << YAML::Value;
+  vector(box.size);
+  put("box_yaw_rad", yaw_pitch_roll(box.X_WB.linear())[0]);
+  out << YAML::EndMap;
+  put("voxel_m", voxel_m);
+  out << YAML::Key << "stop" << YAML::Value << YAML::BeginMap;
+  put("least_gain_voxels", stop.least_gain_voxels);
+  put("variation_voxels", stop.variation_voxels);
+  put("most_looks", stop.most_looks);
+  put("most_time_s", stop.most_time_s);
+  out << YAML::EndMap;
+  put("seed", seed);
+  put("motion_mode", motion_mode);
+  put("truth", truth);
+  put("most_forbidden", most_forbidden);
   if (!dds.empty()) {
-    s += "dds:\n";
-    for (const auto& [service, vendor_name] : dds) s += "  " + service + ": " + vendor_name + "\n";
+    out << YAML::Key << "dds" << YAML::Value << YAML::BeginMap;
+    for (const auto& [service, vendor_name] : dds) put(service.c_str(), vendor_name);
+    out << YAML::EndMap;
   }
-  return s + "output: " + output + "\n";
+  put("output", output);
+  out << YAML::EndMap;
+  return std::string(out.c_str()) + "\n";
 }
 
 }  // namespace periplus::supervisor

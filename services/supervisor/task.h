@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -44,10 +45,11 @@ struct Task {
 };
 
 // Throws Error(bad_input) with file, line, key and what is expected. Relative paths of robot and scene are resolved against
-// `folder` upwards: the folder itself, then each parent (so that a task works from wherever it is run).
-Task parse_task(std::string_view yaml, std::string_view name, const std::string& folder);
+// `folder` upwards: the folder itself, then each parent (so that a task works from wherever it is run). Without a folder they
+// stay as they are and need not exist: the task comes from another computer.
+Task parse_task(std::string_view yaml, std::string_view name, const std::optional<std::string>& folder);
 Task load_task(const std::string& path);
 // As above, from a configuration whose values know their places in the file.
-Task read_task(const config::Node& root, const std::string& folder);
+Task read_task(const config::Node& root, const std::optional<std::string>& folder);
 
 }  // namespace periplus::supervisor

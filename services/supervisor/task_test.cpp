@@ -36,6 +36,27 @@ TEST_F(TaskFile, FindsFilesInFoldersAboveAndReadsBackWhatItWrites) {
   EXPECT_TRUE(u.box.X_WB.isApprox(t.box.X_WB, 1e-12));
 }
 
+TEST_F(TaskFile, PathsThatYamlWouldReadOtherwiseComeBackAsTheyWere) {
+  Task t = parse(object_ + "voxel_m: 0.1\nseed: 18446744073709551615\n");
+  for (const std::string path : {"/a folder #1/robot: new.yaml", "/it's \"quoted\"/a.yaml", " leading and trailing ", "- a", "{b}", "&c", "*d", "true", "null",
+                                 "~", "12", "# e", "f:", "[g", "!h", "%i", "@j", "é/ü.yaml", "back\\slash", "tab\there"}) {
+    t.robot = t.scene = t.output = path;
+    const Task u = parse_task(t.yaml(), "resolved", std::nullopt);
+    EXPECT_EQ(u.robot, path);
+    EXPECT_EQ(u.scene, path);
+    EXPECT_EQ(u.output, path);
+    EXPECT_EQ(u.yaml(), t.yaml());
+    EXPECT_EQ(u.seed, t.seed);
+    EXPECT_EQ(u.voxel_m, t.voxel_m);
+  }
+}
+
+TEST_F(TaskFile, WithoutAFolderPathsStayAsTheyAre) {
+  const Task t = parse_task("schema: 1\nname: t\nrobot: far/robot.yaml\nscene: /nowhere/scene.yaml\n" + object_, "task", std::nullopt);
+  EXPECT_EQ(t.robot, "far/robot.yaml");
+  EXPECT_EQ(t.scene, "/nowhere/scene.yaml");
+}
+
 TEST_F(TaskFile, BadInputNamesTheKeyAndWhatToDo) {
   const auto message = [&](const std::string& extra) -> std::string {
     try {

@@ -1,18 +1,14 @@
 #include "services/supervisor/whiteboard.h"
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "common/core/clock.h"
 #include "common/core/error.h"
 
 namespace periplus::supervisor {
-
-long long wall_time_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 std::string iso_time(long long ns) {
   const std::time_t seconds = static_cast<std::time_t>(ns / 1000000000);

@@ -33,6 +33,5 @@ class Whiteboard {
 
 // 2026-01-31T12:00:00.123Z.
 std::string iso_time(long long wall_time_ns);
-long long wall_time_ns();
 
 }  // namespace periplus::supervisor

@@ -8,12 +8,14 @@
 #include <mutex>
 #include <set>
 
+#include "common/core/clock.h"
 #include "common/core/error.h"
 #include "common/core/hash.h"
 #include "common/dds/codec_impl.h"
 #include "common/dds/node.h"
 #include "common/dds/rpc.h"
 #include "common/wire/common_wire.h"
+#include "common/wire/object_wire.h"
 #include "idl/model.h"
 #include "idl/supervisor.h"
 
@@ -59,8 +61,7 @@ struct Client::Impl {
       return;
     }
     if (!heard.contains(instance) && heard.size() >= kMostInstances) return;
-    const auto now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-    const double ahead = static_cast<double>(s.wall_time_ns() - now_ns) * 1e-9;
+    const double ahead = static_cast<double>(s.wall_time_ns() - wall_time_ns()) * 1e-9;
     const bool first = !heard.contains(instance);
     Heard& h = heard[instance];
     // Delivery makes a clock seem late, at times by much (the first sample is a kept one): the least late one tells.
@@ -157,11 +158,7 @@ std::string Client::start(const std::string& run_id, const std::string& task_yam
   msg::StartRequest request;
   request.run_id(run_id);
   request.task_yaml(wire::text_to_wire(task_yaml));
-  msg::Environment& e = request.environment();
-  e.scene_id(environment.scene_id);
-  e.scene_yaml(wire::text_to_wire(environment.scene_yaml));
-  e.robot_yaml(wire::text_to_wire(environment.robot_yaml));
-  e.robot_urdf(wire::text_to_wire(environment.robot_urdf));
+  request.environment(wire::environment_to_wire(environment));
   msg::StartReply reply;
   client.call(request, reply, patient(10s)).throw_if_failed("supervisor/start");
   return reply.run_folder().to_string();
@@ -174,6 +171,15 @@ bool Client::abort(const std::string& run_id) {
   msg::AbortReply reply;
   client.call(request, reply, patient(5s)).throw_if_failed("supervisor/abort");
   return reply.was_running();
+}
+
+bool Client::report_loss(const std::string& run_id, const std::string& what) {
+  dds::RpcClient<msg::AbortRequest, msg::AbortReply> client(*impl_->node, "supervisor/abort");
+  msg::AbortRequest request;
+  request.run_id(run_id);
+  request.lost(what.substr(0, 255));
+  msg::AbortReply reply;
+  return client.call(request, reply, {.deadline = 2s, .wait_for_server = 1s}).ok();
 }
 
 std::vector<std::string> Client::objects() {

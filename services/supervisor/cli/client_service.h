@@ -6,15 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/environment_texts.h"
 #include "services/supervisor/cli/run_view.h"
 #include "services/supervisor/cli/service_table.h"
 
 namespace periplus::supervisor::cli {
 
-// What the robot may know of the world: texts of the files.
-struct EnvironmentTexts {
-  std::string scene_id, scene_yaml, robot_yaml, robot_urdf;
-};
+using scene::EnvironmentTexts;
 
 struct ModelDigest {
   std::string digest;                     // SHA-256
@@ -38,6 +36,9 @@ class Client {
   std::string start(const std::string& run_id, const std::string& task_yaml, const EnvironmentTexts& environment);
   // True if a run was under way. An empty id means whichever runs.
   bool abort(const std::string& run_id);
+  // Tells the supervisor that a service is gone and nobody brings it back, so that the run ends as such. False if it does not
+  // answer within 2 s.
+  bool report_loss(const std::string& run_id, const std::string& what);
 
   // Objects that the model server published, waiting up to two seconds for the first.
   std::vector<std::string> objects();

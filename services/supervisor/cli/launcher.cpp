@@ -12,12 +12,6 @@
 namespace periplus::supervisor::cli {
 namespace fs = std::filesystem;
 
-const std::vector<std::string>& service_names() {
-  static const std::vector<std::string> names = {"simulator",         "vision_server", "model_server",      "nbv_planner",
-                                                 "posture_generator", "walk_planner",  "motion_controller", "supervisor"};
-  return names;
-}
-
 std::string program_name(const std::string& service) {
   std::string name = "periplus-" + service;
   std::replace(name.begin(), name.end(), '_', '-');

@@ -9,9 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "common/service/service_names.h"
 #include "services/supervisor/task.h"
 
 namespace periplus::supervisor::cli {
+
+using service::service_names;
 
 struct Program {
   std::string service;                              // "vision_server"
@@ -21,8 +24,6 @@ struct Program {
   bool restarts = false;                            // may be started again after a crash
 };
 
-// The eight services in the order of their start.
-const std::vector<std::string>& service_names();
 // "vision_server" -> "periplus-vision-server".
 std::string program_name(const std::string& service);
 // Services that do not hold the run's state, or hold it on disk: restarted after a crash.

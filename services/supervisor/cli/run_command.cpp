@@ -14,6 +14,7 @@
 #include <optional>
 #include <thread>
 
+#include "common/core/clock.h"
 #include "common/core/error.h"
 #include "common/dds/node.h"
 #include "common/service/locate.h"
@@ -30,11 +31,9 @@ using Clock = std::chrono::steady_clock;
 namespace {
 
 constexpr int kServiceLost = 5, kAborted = 130;
-constexpr auto kAfterLoss = 3s;      // for the supervisor to write its report once a service is lost
+constexpr auto kAfterLoss = 3s;      // for the supervisor to write its report once it was told of a lost service
 constexpr auto kAfterAbort = 20s;    // for the robot to come to a stand
 constexpr auto kAfterSupervisor = 1s;
-
-std::int64_t now_ns() { return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count(); }
 
 // The terminal's last line shows what is under way; everything else scrolls above it.
 class Terminal {
@@ -79,6 +78,7 @@ int follow(Session& session, const std::string& run_id) {
     if (!looked.lost.empty() && !lost) {
       lost = true;
       const bool nobody_decides = std::find(looked.lost.begin(), looked.lost.end(), "supervisor") != looked.lost.end();
+      if (!nobody_decides) session.client().report_loss(run_id, looked.news.empty() ? looked.lost.front() + " is gone" : looked.news.back());
       give_up = Clock::now() + (nobody_decides ? std::chrono::milliseconds(kAfterSupervisor) : std::chrono::milliseconds(kAfterLoss));
     }
     if (Interrupts::count() > 0 && !aborting) {
@@ -94,7 +94,7 @@ int follow(Session& session, const std::string& run_id) {
     }
     if (Interrupts::count() > 1) return kAborted;
     if (give_up && Clock::now() > *give_up) return aborting ? kAborted : kServiceLost;
-    terminal.show(view.under_way(now_ns()));
+    terminal.show(view.under_way(wall_time_ns()));
     std::this_thread::sleep_for(50ms);
   }
 }
@@ -125,7 +125,8 @@ int run_task(const RunOptions& options) {
   const Task task = read_task(options.task, options.overrides, options.output);
   const EnvironmentTexts environment = read_environment(task);
   if (options.check) {
-    std::cout << options.task << ": task, scene and robot are good\n";
+    check_true_object(task);
+    std::cout << options.task << ": task, scene, robot and the object's mesh are good\n";
     return 0;
   }
   choose_vendor(task);
@@ -136,6 +137,7 @@ int run_task(const RunOptions& options) {
   {
     Session session;
     if (!options.attach && !session.occupied()) {
+      check_true_object(task);
       session.start(task, fs::path(task.output) / run_id / "logs");
       std::cout << "starting the services on domain " << session.client().domain() << std::endl;
     } else {
@@ -175,6 +177,7 @@ int keep_up(const Task& task, const fs::path& logs, const std::function<void(con
     tell("all services are up already\n");
     return 0;
   }
+  check_true_object(task);
   session.start(task, logs);
   session.wait_until_ready();
   tell(service_table(session.client().services()));
