@@ -90,7 +90,8 @@ void set(Node& root, std::string_view dotted_key, std::string_view scalar);
 // Lays `over` on `base`: mappings are joined key by key, everything else is replaced. Values keep their place for errors.
 void overlay(Node& base, const Node& over);
 
-// The word of `known` with the least edit distance to `word`, the first one of equals; empty if there are none.
+// The word of `known` with the least edit distance to `word`, the first one of equals; empty if there are none, or if
+// `word` is longer than 256 characters (comparing long ones takes quadratic time).
 std::string nearest(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace periplus::config

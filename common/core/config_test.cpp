@@ -175,6 +175,7 @@ TEST(Config, NearestFindsSwappedAndMissingLetters) {
   EXPECT_EQ(nearest("staus", {"start", "status", "watch"}), "status");
   EXPECT_EQ(nearest("dcotor", {"down", "doctor"}), "doctor");
   EXPECT_EQ(nearest("anything", {}), "");
+  EXPECT_EQ(nearest(std::string(257, 'a'), {"a"}), "");
 }
 
 }  // namespace

@@ -41,4 +41,10 @@ std::string sha256_hex(std::string_view data) {
   return hash.hex();
 }
 
+std::array<std::uint8_t, 16> md5(const void* data, std::size_t bytes) {
+  std::array<std::uint8_t, 16> digest{};
+  PERIPLUS_ASSERT(EVP_Digest(data, bytes, digest.data(), nullptr, EVP_md5(), nullptr) == 1);
+  return digest;
+}
+
 }  // namespace periplus

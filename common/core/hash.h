@@ -1,7 +1,9 @@
-// SHA-256, for digests of models and files.
+// SHA-256, for digests of models and files; MD5, where a protocol asks for it.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -26,5 +28,8 @@ class Sha256 {
 };
 
 std::string sha256_hex(std::string_view data);
+
+// Not against forgery.
+std::array<std::uint8_t, 16> md5(const void* data, std::size_t bytes);
 
 }  // namespace periplus

@@ -6,6 +6,11 @@
 
 namespace periplus {
 
+namespace {
+// Beyond what any lens does [px]; keeps projections in the range of integers.
+constexpr double kFocalMin = 1e-3, kFocalMax = 1e6;
+}  // namespace
+
 Pinhole Pinhole::from_vertical_fov(int width, int height, double fovy_rad) {
   require(fovy_rad > 0 && fovy_rad < 3.1, ErrorCode::bad_input, "vertical field of view must lie in (0, 3.1) rad");
   Pinhole c;
@@ -24,8 +29,8 @@ double Pinhole::vertical_fov() const { return 2 * std::atan(height / 2.0 / fy); 
 void Pinhole::check() const {
   require(width >= 1 && width <= 8192 && height >= 1 && height <= 8192, ErrorCode::bad_input,
           "camera image size must lie in 1..8192 pixels");
-  require(std::isfinite(fx) && std::isfinite(fy) && fx > 0 && fy > 0, ErrorCode::bad_input,
-          "camera focal lengths must be finite and positive");
+  require(fx >= kFocalMin && fx <= kFocalMax && fy >= kFocalMin && fy <= kFocalMax, ErrorCode::bad_input,
+          "camera focal lengths must lie in 0.001..1000000 pixels");
   require(cx >= 0 && cx <= width && cy >= 0 && cy <= height, ErrorCode::bad_input,
           "camera principal point must lie within the image");
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include <numbers>
 
 #include "common/core/error.h"
@@ -31,6 +33,19 @@ TEST(Pinhole, RefusesNonsense) {
   EXPECT_THROW(Pinhole::from_vertical_fov(0, 480, 0.5), Error);
   StereoRig rig{Pinhole::from_vertical_fov(640, 480, 0.5), -1};
   EXPECT_THROW(rig.check(), Error);
+}
+
+TEST(Pinhole, RefusesFocalLengthsThatNoLensHas) {
+  const Pinhole good = Pinhole::from_vertical_fov(640, 480, 0.5);
+  good.check();
+  for (const double f : {0.0, -1.0, 1e-9, 2e6, 1e300, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    Pinhole bad = good;
+    bad.fx = f;
+    EXPECT_THROW(bad.check(), Error) << f;
+    bad = good;
+    bad.fy = f;
+    EXPECT_THROW(bad.check(), Error) << f;
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <assimp/Importer.hpp>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <tuple>
 
 #include "common/core/error.h"
+#include "common/geometry/ply.h"
 #include "common/mesh/triangle_mesh.h"
 
 namespace periplus::mesh {
@@ -84,22 +86,15 @@ TriangleMesh load(const std::string& path, const LoadLimits& limits) {
 
 std::string to_ply(const TriangleMesh& mesh) {
   mesh.check();
-  const bool coloured = !mesh.colours.empty();
-  std::string out = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertices.size()) +
-                    "\nproperty float x\nproperty float y\nproperty float z\n" +
-                    (coloured ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "") + "element face " +
-                    std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
-  out.reserve(out.size() + 15 * mesh.vertices.size() + 13 * mesh.triangles.size());
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    for (int k = 0; k < 3; ++k) append(out, static_cast<float>(mesh.vertices[i][k]));
-    if (!coloured) continue;
-    for (int k = 0; k < 3; ++k) append(out, static_cast<std::uint8_t>(std::clamp(mesh.colours[i][k], 0.0, 1.0) * 255 + 0.5));
-  }
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    append(out, std::uint8_t{3});
-    for (int k = 0; k < 3; ++k) append(out, static_cast<std::int32_t>(t[k]));
-  }
-  return out;
+  std::vector<Eigen::Vector3f> vertices;
+  std::vector<std::array<std::uint8_t, 3>> colours;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  const auto octet = [](double share) { return static_cast<std::uint8_t>(std::clamp(share, 0.0, 1.0) * 255 + 0.5); };
+  for (const Eigen::Vector3d& p : mesh.vertices) vertices.push_back(p.cast<float>());
+  for (const Eigen::Vector3d& c : mesh.colours) colours.push_back({octet(c.x()), octet(c.y()), octet(c.z())});
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    triangles.push_back({static_cast<std::uint32_t>(t.x()), static_cast<std::uint32_t>(t.y()), static_cast<std::uint32_t>(t.z())});
+  return encode_ply(vertices, colours, triangles);
 }
 
 void write_ply(const TriangleMesh& mesh, const std::string& path) {

@@ -62,6 +62,7 @@ void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::Gri
   const Pose X_GC = geometry.X_WG.inverse() * map.X_WC;
   const Eigen::Vector3d origin = X_GC.translation() / h;  // [voxels], as the rays
   const Eigen::Array3d upper = geometry.size.cast<double>().array();
+  const double widest = std::max(map.depth.width, map.depth.height);  // [px]: a voxel before the lens fills the image
   const auto inside = [&](const Eigen::Vector3d& p) { return (p.array() >= 0).all() && (p.array() < upper).all(); };
   for (int y = 0; y < map.depth.height; ++y)
     for (int x = 0; x < map.depth.width; ++x) {
@@ -73,7 +74,7 @@ void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::Gri
       if ((point.array() < -4).any() || (point.array() > upper + 4).any()) continue;
       if (kind == PixelKind::surface && inside(point)) count(evidence.points[voxel_index(geometry, point.cast<int>())]);
       auto& counters = kind == PixelKind::surface ? evidence.seen : evidence.solid;
-      const int radius = std::max(1, static_cast<int>(map.camera.fx * h / z));
+      const int radius = static_cast<int>(std::clamp(map.camera.fx * h / z, 1.0, widest));
       const double least = std::max(std::min(least_around(map.depth_minimum, x, y, radius), z), z - kSlant * h) - settings.margin_voxels * h;
       std::size_t last = std::numeric_limits<std::size_t>::max();
       for (double t = z + kBehind * h; t > least; t -= kStep * h) {

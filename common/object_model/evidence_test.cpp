@@ -7,17 +7,17 @@
 namespace periplus::object_model {
 namespace {
 
-const CarvingSettings kSettings;
+const CarvingSettings kEvidenceSettings;
 
 // A grid of 20^3 voxels of 1 cm whose middle lies 1 m before a camera that looks along x.
-struct Wall {
+struct WallAhead {
   voxel::GridGeometry g = voxel::GridGeometry::from_box(make_pose({1, 0, 0}, Eigen::Matrix3d::Identity()), {0.2, 0.2, 0.2}, 0.01);
   voxel::OccupancyGrid grid{g};
   Evidence evidence{g};
   DepthMap map;
   PixelLimits limits;
 
-  explicit Wall(float depth, PixelKind kind = PixelKind::surface) {
+  explicit WallAhead(float depth, PixelKind kind = PixelKind::surface) {
     map.camera = Pinhole::from_vertical_fov(400, 400, 0.3);
     map.X_WC = look_along({0, 0, 0}, 0, 0);
     map.depth = map.depth_minimum = ImageF(400, 400, 1, depth);
@@ -35,8 +35,8 @@ struct Wall {
 };
 
 TEST(Evidence, PointsCountWhereTheyFallAndCloselyBefore) {
-  Wall s(1.005f);  // the middle of voxel 10
-  add_points(s.map, s.limits, s.g, kSettings, s.evidence);
+  WallAhead s(1.005f);  // the middle of voxel 10
+  add_points(s.map, s.limits, s.g, kEvidenceSettings, s.evidence);
   EXPECT_GT(s.evidence.points[s.at(10)], 100);  // a voxel is some 13 pixels wide
   EXPECT_EQ(s.evidence.points[s.at(9)], 0);
   EXPECT_EQ(s.evidence.points[s.at(11)], 0);
@@ -47,8 +47,18 @@ TEST(Evidence, PointsCountWhereTheyFallAndCloselyBefore) {
   EXPECT_EQ(s.evidence.solid[s.at(10)], 0);
 }
 
+// A voxel that would project to more than the image, as through a lens of any focal length.
+TEST(Evidence, VoxelWiderThanTheImageIsLookedForAtItsEdges) {
+  for (const double focal_length : {1e6, 2e11, 1e300}) {
+    WallAhead s(1.005f);
+    s.map.camera.fx = focal_length;
+    add_points(s.map, s.limits, s.g, kEvidenceSettings, s.evidence);
+    EXPECT_GT(s.evidence.points[s.at(10)], 0) << focal_length;
+  }
+}
+
 TEST(Evidence, LabelsFollowTheCounters) {
-  Wall s(1.005f);
+  WallAhead s(1.005f);
   s.evidence.points[s.at(5)] = 3;
   s.evidence.points[s.at(6)] = 2;
   s.evidence.seen[s.at(7)] = 10;
@@ -56,7 +66,7 @@ TEST(Evidence, LabelsFollowTheCounters) {
   s.evidence.solid[s.at(9)] = 10;
   s.evidence.solid[s.at(10)] = 100;
   s.evidence.points[s.at(10)] = 3;
-  label(s.nothing, kSettings, s.evidence, s.grid);
+  label(s.nothing, kEvidenceSettings, s.evidence, s.grid);
   EXPECT_EQ(s.state(5), voxel::VoxelState::known);
   EXPECT_EQ(s.state(6), voxel::VoxelState::unknown);
   EXPECT_EQ(s.state(7), voxel::VoxelState::known);
@@ -67,41 +77,41 @@ TEST(Evidence, LabelsFollowTheCounters) {
 }
 
 TEST(Evidence, KnownSolidsFromTheStartStayEnvironment) {
-  Wall s(1.005f);
+  WallAhead s(1.005f);
   const auto table = s.plane_of(4);
   s.evidence.points[s.at(4)] = 500;
-  label(table, kSettings, s.evidence, s.grid);
+  label(table, kEvidenceSettings, s.evidence, s.grid);
   EXPECT_EQ(s.state(4), voxel::VoxelState::environment);
 }
 
 TEST(Evidence, KnownIsNotSticky) {
-  Wall s(1.005f);
+  WallAhead s(1.005f);
   s.evidence.points[s.at(5)] = 30;
-  label(s.nothing, kSettings, s.evidence, s.grid);
+  label(s.nothing, kEvidenceSettings, s.evidence, s.grid);
   ASSERT_EQ(s.state(5), voxel::VoxelState::known);
-  empty_voxels(s.plane_of(5), false, kSettings, s.grid, s.evidence);
-  label(s.nothing, kSettings, s.evidence, s.grid);
+  empty_voxels(s.plane_of(5), false, kEvidenceSettings, s.grid, s.evidence);
+  label(s.nothing, kEvidenceSettings, s.evidence, s.grid);
   EXPECT_EQ(s.state(5), voxel::VoxelState::empty);
 }
 
 TEST(Evidence, CautiousViewsNeedASecondVote) {
-  Wall s(1.005f);
-  empty_voxels(s.plane_of(5), true, kSettings, s.grid, s.evidence);
+  WallAhead s(1.005f);
+  empty_voxels(s.plane_of(5), true, kEvidenceSettings, s.grid, s.evidence);
   EXPECT_EQ(s.state(5), voxel::VoxelState::unknown);
-  empty_voxels(s.plane_of(6), true, kSettings, s.grid, s.evidence);
+  empty_voxels(s.plane_of(6), true, kEvidenceSettings, s.grid, s.evidence);
   EXPECT_EQ(s.state(6), voxel::VoxelState::unknown);
-  empty_voxels(s.plane_of(5), true, kSettings, s.grid, s.evidence);
+  empty_voxels(s.plane_of(5), true, kEvidenceSettings, s.grid, s.evidence);
   EXPECT_EQ(s.state(5), voxel::VoxelState::empty);
-  empty_voxels(s.plane_of(6), false, kSettings, s.grid, s.evidence);
+  empty_voxels(s.plane_of(6), false, kEvidenceSettings, s.grid, s.evidence);
   EXPECT_EQ(s.state(6), voxel::VoxelState::empty);
 }
 
 TEST(Evidence, PointsOfKnownSolidsAreNotTheObjects) {
-  Wall s(1.005f, PixelKind::known_solid);
-  add_points(s.map, s.limits, s.g, kSettings, s.evidence);
+  WallAhead s(1.005f, PixelKind::known_solid);
+  add_points(s.map, s.limits, s.g, kEvidenceSettings, s.evidence);
   EXPECT_EQ(s.evidence.points[s.at(10)], 0);
   EXPECT_GT(s.evidence.solid[s.at(10)], 100);
-  label(s.nothing, kSettings, s.evidence, s.grid);
+  label(s.nothing, kEvidenceSettings, s.evidence, s.grid);
   EXPECT_EQ(s.state(10), voxel::VoxelState::environment);
   EXPECT_EQ(s.state(3), voxel::VoxelState::unknown);
 }

@@ -2,39 +2,15 @@
 
 #include <octomap/OcTree.h>
 
-#include <bit>
 #include <cmath>
 #include <sstream>
 
 #include "common/core/error.h"
+#include "common/geometry/ply.h"
 
 namespace periplus::object_model {
 
-namespace {
-static_assert(std::endian::native == std::endian::little, "the PLY below is written in the machine's order");
-
-template <class T>
-void append(std::string& out, T value) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-}  // namespace
-
-std::string to_ply(const SurfaceMesh& mesh) {
-  std::string out =
-      "ply\nformat binary_little_endian 1.0\ncomment metres, world frame, z up\nelement vertex " + std::to_string(mesh.vertices.size()) +
-      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
-      std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
-  out.reserve(out.size() + mesh.vertices.size() * 15 + mesh.triangles.size() * 13);
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    for (int n = 0; n < 3; ++n) append(out, mesh.vertices[i][n]);
-    for (std::uint8_t c : mesh.colors[i]) append(out, c);
-  }
-  for (const auto& t : mesh.triangles) {
-    append(out, std::uint8_t{3});
-    for (std::uint32_t v : t) append(out, static_cast<std::int32_t>(v));
-  }
-  return out;
-}
+std::string to_ply(const SurfaceMesh& mesh) { return encode_ply(mesh.vertices, mesh.colors, mesh.triangles, "metres, world frame, z up"); }
 
 std::string export_ply(const ObjectModel& model, const CarvingSettings& settings) {
   const ModelState& s = model.state();

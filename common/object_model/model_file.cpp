@@ -1,12 +1,12 @@
 #include "common/object_model/model_file.h"
 
+#include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/core/hash.h"
+#include "common/geometry/checks.h"
 #include "common/object_model/compression.h"
 #include "common/object_model/model.pb.h"
 
@@ -18,6 +18,8 @@ constexpr std::string_view kMagic = "PERIPLUS-MODEL 1\n";
 constexpr std::size_t kDigest = 64;
 constexpr std::size_t kMostViews = 4096, kMostFeatures = 8192, kMostDescriptor = 512;
 constexpr std::uint32_t kMostPixelsASide = 8192;
+constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMostBytes = std::uint64_t{2} << 30;  // of all arrays when unpacked
 
 template <class T>
 void pack(const std::vector<T>& from, proto::Array& to) {
@@ -35,6 +37,28 @@ std::vector<T> unpack(const proto::Array& from, std::size_t elements, const char
   std::vector<T> to(elements);
   unpack_bytes(from.deflated(), elements, sizeof(T), to.data());
   return to;
+}
+
+// Bytes that the arrays of a message claim to hold when unpacked.
+std::uint64_t claimed(const proto::Array& array) {
+  const std::uint64_t each = std::max<std::uint32_t>(1, array.element_bytes());
+  return array.elements() > kMostBytes / each ? kMostBytes + 1 : array.elements() * each;
+}
+std::uint64_t claimed(const proto::View& v) { return claimed(v.depth()) + claimed(v.color()); }
+std::uint64_t claimed(const proto::Model& m) {
+  std::uint64_t sum = 0;
+  for (const proto::Array* array : {&m.occupied(), &m.known(), &m.environment(), &m.known_solids(), &m.points(), &m.seen(), &m.solid(), &m.votes(), &m.tsdf()})
+    sum += claimed(*array);
+  return sum;
+}
+
+// Before anything is unpacked: a small file may claim very much.
+template <class Views>
+void check_claims(const proto::Model& m, const Views& views) {
+  require(static_cast<std::size_t>(views.size()) <= kMostViews, ErrorCode::bad_size, "a model has at most 4096 views");
+  std::uint64_t sum = claimed(m);
+  for (const proto::View& v : views) sum += claimed(v);
+  require(sum <= kMostBytes, ErrorCode::bad_size, "the model's grid and views claim over 2 GiB; use fewer or smaller views, or larger voxels");
 }
 
 using Numbers = google::protobuf::RepeatedField<double>;
@@ -55,9 +79,7 @@ Pose pose(const Numbers& from, const char* what) {
   Pose X = Pose::Identity();
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column) X.matrix()(row, column) = from.Get(row * 4 + column);
-  const Eigen::Matrix3d R = X.linear();
-  require((R.transpose() * R).isApprox(Eigen::Matrix3d::Identity(), 1e-6) && R.determinant() > 0, ErrorCode::bad_input,
-          std::string("the model's `") + what + "` is not a rigid pose");
+  require_rigid(X, std::string("the model's `") + what + "`");
   return X;
 }
 
@@ -70,10 +92,7 @@ Eigen::Vector3d vector(const Numbers& from, const char* what) {
   return {from.Get(0), from.Get(1), from.Get(2)};
 }
 
-double finite(double v, const char* what) {
-  require(std::isfinite(v), ErrorCode::not_finite, std::string("the model's `") + what + "` is not a finite number");
-  return v;
-}
+double finite(double v, const char* what) { return std::isfinite(v) ? v : require_finite(v, std::string("the model's `") + what + "`"); }
 
 void put(const View& from, proto::View& to) {
   to.set_view_id(from.view_id);
@@ -202,6 +221,7 @@ ModelState state(const proto::Model& from) {
   g.voxel_size = from.voxel_m();
   for (int n = 0; n < 3; ++n) g.size[n] = static_cast<int>(std::min<std::uint32_t>(from.size(n), 1u << 20));
   g.check();
+  check_voxel_count(g);
   const Eigen::Vector3i nb = g.bricks();
   const std::size_t words = static_cast<std::size_t>(nb.x()) * nb.y() * nb.z() * 8;
   const std::size_t voxels = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
@@ -249,8 +269,12 @@ std::string write_view(const View& v) {
 }
 
 ObjectModel read_parts(std::string_view state_text, const std::vector<std::string>& views) {
-  ModelState s = state(parsed<proto::Model>(state_text, "stored model"));
-  for (const std::string& text : views) s.views.push_back(view(parsed<proto::View>(text, "stored view")));
+  const auto m = parsed<proto::Model>(state_text, "stored model");
+  std::vector<proto::View> parsed_views;
+  for (const std::string& text : views) parsed_views.push_back(parsed<proto::View>(text, "stored view"));
+  check_claims(m, parsed_views);
+  ModelState s = state(m);
+  for (const proto::View& v : parsed_views) s.views.push_back(view(v));
   return ObjectModel(std::move(s));
 }
 
@@ -271,22 +295,12 @@ ObjectModel read_model(std::string_view file) {
   require(file.substr(kMagic.size(), kDigest) == sha256_hex(payload), ErrorCode::bad_input,
           "the model file is damaged: its checksum does not fit; fetch or export it again");
   const auto m = parsed<proto::Model>(payload, "model file");
-  require(static_cast<std::size_t>(m.views_size()) <= kMostViews, ErrorCode::bad_size, "a model has at most 4096 views");
+  check_claims(m, m.views());
   ModelState s = state(m);
   for (const proto::View& v : m.views()) s.views.push_back(view(v));
   return ObjectModel(std::move(s));
 }
 
-ObjectModel load_model(const std::string& path) {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(path, error);
-  require(!error, ErrorCode::io, "cannot read " + path + ": " + error.message());
-  require(size <= (std::uintmax_t{1} << 30), ErrorCode::bad_size, path + " is over 1 GiB, too large for a model");
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  require(in.good(), ErrorCode::io, "cannot read " + path);
-  return read_model(text.str());
-}
+ObjectModel load_model(const std::string& path) { return read_model(read_file(path, kMostFileBytes)); }
 
 }  // namespace periplus::object_model

@@ -1,7 +1,8 @@
 // The file format `model.periplus`, and the same in parts for a database.
 //
 // File: the line "PERIPLUS-MODEL 1\n", 64 hexadecimal digits (SHA-256 of the rest), "\n", then a periplus.proto.Model
-// (model.proto) with all its views. What is read is hostile until checked: version, checksum, sizes, counts and numbers.
+// (model.proto) with all its views. What is read is hostile until checked: version, checksum, sizes, counts and numbers;
+// at most 2^24 voxels, 4096 views and 2 GiB of unpacked arrays, checked before they are unpacked.
 // Errors: bad_input with what is wrong; not_finite; bad_size.
 #pragma once
 

@@ -8,6 +8,7 @@
 #include "common/core/error.h"
 #include "common/core/hash.h"
 #include "common/core/random.h"
+#include "common/object_model/model.pb.h"
 #include "common/object_model/model_export.h"
 #include "common/object_model/testing/sphere_views.h"
 
@@ -88,6 +89,44 @@ TEST(ModelFile, DamageIsNoticedByTheChecksum) {
   std::string newer = file;
   newer[15] = '2';
   EXPECT_THROW(read_model(newer), Error);
+}
+
+// What a state and views claim to hold is refused before memory is taken for it.
+TEST(ModelFile, ClaimsBeyondTheLimitsAreRefusedBeforeUnpacking) {
+  const auto refusal = [](const std::string& state, const std::vector<std::string>& views) -> std::string {
+    try {
+      read_parts(state, views);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const ObjectModel model = small_model();
+  const std::string state = write_state(model), view = write_view(*model.state().views[0]);
+
+  proto::Model huge;
+  ASSERT_TRUE(huge.ParseFromString(state));
+  for (int n = 0; n < 3; ++n) huge.set_size(n, 512);
+  EXPECT_NE(refusal(huge.SerializeAsString(), {}).find("at most 16777216 voxels"), std::string::npos) << refusal(huge.SerializeAsString(), {});
+
+  proto::View large;
+  ASSERT_TRUE(large.ParseFromString(view));
+  large.set_depth_width(8192);
+  large.set_depth_height(8192);
+  large.mutable_depth()->set_elements(8192 * 8192);
+  std::vector<std::string> views;
+  for (int n = 0; n < 17; ++n) {  // 128 MiB each
+    large.set_view_id("view-" + std::to_string(n));
+    views.push_back(large.SerializeAsString());
+  }
+  EXPECT_NE(refusal(state, views).find("over 2 GiB"), std::string::npos) << refusal(state, views);
+  large.mutable_depth()->set_elements(std::uint64_t{1} << 63);
+  EXPECT_NE(refusal(state, {large.SerializeAsString()}).find("over 2 GiB"), std::string::npos);
+
+  huge.ParseFromString(state);
+  for (const std::string& v : views) ASSERT_TRUE(huge.add_views()->ParseFromString(v));
+  const std::string payload = huge.SerializeAsString();
+  EXPECT_THROW(read_model("PERIPLUS-MODEL 1\n" + sha256_hex(payload) + "\n" + payload), Error);
 }
 
 // Hostile contents under a right checksum: an error or a sound model, never a crash.

@@ -14,13 +14,6 @@ namespace {
 
 constexpr std::size_t kMostVoxels = std::size_t{1} << 24;
 
-void check_voxel_count(const voxel::GridGeometry& g) {
-  const std::size_t n = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
-  require(n <= kMostVoxels, ErrorCode::bad_input,
-          "an object model takes at most 16777216 voxels, this box and voxel size need " + std::to_string(n) +
-              "; choose larger voxels or a smaller box");
-}
-
 void check_perception(const Perception& p) {
   require(is_finite(p.X_WC) && p.covariance.allFinite() && std::isfinite(p.silhouette_valid_share), ErrorCode::not_finite,
           "a perception's pose, covariance and valid share must be finite");
@@ -77,6 +70,13 @@ class CanonicalHash {
 };
 
 }  // namespace
+
+void check_voxel_count(const voxel::GridGeometry& g) {
+  const std::size_t n = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
+  require(n <= kMostVoxels, ErrorCode::bad_input,
+          "an object model takes at most 16777216 voxels, this box and voxel size need " + std::to_string(n) +
+              "; choose larger voxels or a smaller box");
+}
 
 std::vector<voxel::Occluder> occluders_of(const scene::Scene& scene) {
   std::vector<voxel::Occluder> out;

@@ -55,6 +55,9 @@ struct Surroundings {
 // The scene's solids as occluders.
 std::vector<voxel::Occluder> occluders_of(const scene::Scene& scene);
 
+// Throws Error(bad_input) if a model of this geometry would have more than 2^24 voxels.
+void check_voxel_count(const voxel::GridGeometry& geometry);
+
 // Everything that a model consists of; what is stored.
 struct ModelState {
   std::string object_id;

@@ -1,4 +1,4 @@
-// Nearest known name, for errors that help.
+// Errors that name the nearest known name.
 #pragma once
 
 #include <string>
@@ -7,8 +7,6 @@
 
 namespace periplus::robot {
 
-// The known name with the least edit distance to `wanted` (the first among equals); empty if there is none.
-std::string nearest_name(std::string_view wanted, const std::vector<std::string>& known);
 // "no <kind> 'wanted'; did you mean 'nearest'?"
 std::string unknown_name(std::string_view kind, std::string_view wanted, const std::vector<std::string>& known);
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/core/error.h"
+#include "common/geometry/checks.h"
 
 namespace periplus::voxel {
 
@@ -66,10 +67,7 @@ void GridGeometry::check() const {
           "a grid needs 1 to 512 voxels along each axis; choose another voxel size or box");
   require(std::isfinite(voxel_size) && voxel_size >= 1e-4 && voxel_size <= 1, ErrorCode::bad_input,
           "the voxel size must lie between 0.0001 and 1 m");
-  require(is_finite(X_WG), ErrorCode::not_finite, "the grid's pose holds a number that is not finite");
-  const Eigen::Matrix3d R = X_WG.linear();
-  require((R.transpose() * R).isApprox(Eigen::Matrix3d::Identity(), 1e-6) && R.determinant() > 0, ErrorCode::bad_input,
-          "the grid's pose is not a rotation and a translation");
+  require_rigid(X_WG, "the grid's pose");
 }
 
 OccupancyGrid::OccupancyGrid(const GridGeometry& geometry) : geometry_(geometry) {

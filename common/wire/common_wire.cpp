@@ -3,45 +3,39 @@
 #include <cmath>
 
 #include "common/core/error.h"
+#include "common/geometry/checks.h"
 
 namespace periplus::wire {
 
-namespace {
-double finite(double v, const char* what) {
-  require(std::isfinite(v), ErrorCode::not_finite, std::string(what) + " is not a finite number; send a finite one");
-  return v;
-}
-}  // namespace
-
 Eigen::Vector3d from_wire(const msg::Vec3& v) {
-  return {finite(v.x(), "x"), finite(v.y(), "y"), finite(v.z(), "z")};
+  return {require_finite(v.x(), "x"), require_finite(v.y(), "y"), require_finite(v.z(), "z")};
 }
 
 Pose from_wire(const msg::Pose& X) {
-  Eigen::Quaterniond q(finite(X.qw(), "qw"), finite(X.qx(), "qx"), finite(X.qy(), "qy"), finite(X.qz(), "qz"));
+  Eigen::Quaterniond q(require_finite(X.qw(), "qw"), require_finite(X.qx(), "qx"), require_finite(X.qy(), "qy"), require_finite(X.qz(), "qz"));
   require(std::abs(q.norm() - 1) < 1e-3, ErrorCode::bad_input,
           "a pose's quaternion must have length 1, this one has " + std::to_string(q.norm()));
   q.normalize();
   return make_pose(from_wire(X.position()), q.toRotationMatrix());
 }
 
-Pose2 from_wire(const msg::Pose2& X) { return {finite(X.x(), "x"), finite(X.y(), "y"), finite(X.yaw(), "yaw")}; }
+Pose2 from_wire(const msg::Pose2& X) { return {require_finite(X.x(), "x"), require_finite(X.y(), "y"), require_finite(X.yaw(), "yaw")}; }
 
 Pinhole from_wire(const msg::Pinhole& c) {
   require(c.width() <= 8192 && c.height() <= 8192, ErrorCode::bad_input, "camera image size must lie in 1..8192 pixels");
   Pinhole p;
   p.width = static_cast<int>(c.width());
   p.height = static_cast<int>(c.height());
-  p.fx = finite(c.fx(), "fx");
-  p.fy = finite(c.fy(), "fy");
-  p.cx = finite(c.cx(), "cx");
-  p.cy = finite(c.cy(), "cy");
+  p.fx = require_finite(c.fx(), "fx");
+  p.fy = require_finite(c.fy(), "fy");
+  p.cx = require_finite(c.cx(), "cx");
+  p.cy = require_finite(c.cy(), "cy");
   p.check();
   return p;
 }
 
 StereoRig from_wire(const msg::StereoRig& r) {
-  StereoRig rig{from_wire(r.camera()), finite(r.baseline(), "baseline")};
+  StereoRig rig{from_wire(r.camera()), require_finite(r.baseline(), "baseline")};
   rig.check();
   return rig;
 }
@@ -133,7 +127,7 @@ Eigen::VectorXd vector_from_wire(const std::vector<double>& v, const char* what,
   require(size < 0 || static_cast<int>(v.size()) == size, ErrorCode::bad_size,
           std::string(what) + " needs " + std::to_string(size) + " numbers, got " + std::to_string(v.size()));
   Eigen::VectorXd r(static_cast<Eigen::Index>(v.size()));
-  for (std::size_t i = 0; i < v.size(); ++i) r[static_cast<Eigen::Index>(i)] = finite(v[i], what);
+  for (std::size_t i = 0; i < v.size(); ++i) r[static_cast<Eigen::Index>(i)] = require_finite(v[i], what);
   return r;
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "common/core/error.h"
+#include "common/geometry/checks.h"
 #include "common/wire/common_wire.h"
 
 namespace periplus::wire {
@@ -26,11 +27,6 @@ ImageF plane(const std::vector<float>& values, int width, int height, double mos
   image.height = height;
   image.data = values;
   return image;
-}
-
-double finite(double v, const char* what) {
-  require(std::isfinite(v), ErrorCode::not_finite, std::string(what) + " is not a finite number; send a finite one");
-  return v;
 }
 
 object_model::DepthMap from_wire(const msg::DepthMap& m) {
@@ -58,16 +54,16 @@ msg::DepthMap to_wire(const object_model::DepthMap& d) {
 
 object_model::Feature from_wire(const msg::Feature& m) {
   object_model::Feature f;
-  f.u = static_cast<float>(finite(m.u(), "a feature's u"));
-  f.v = static_cast<float>(finite(m.v(), "a feature's v"));
-  f.size = static_cast<float>(finite(m.size(), "a feature's size"));
-  f.angle = static_cast<float>(finite(m.angle(), "a feature's angle"));
+  f.u = static_cast<float>(require_finite(m.u(), "a feature's u"));
+  f.v = static_cast<float>(require_finite(m.v(), "a feature's v"));
+  f.size = static_cast<float>(require_finite(m.size(), "a feature's size"));
+  f.angle = static_cast<float>(require_finite(m.angle(), "a feature's angle"));
   f.p_W = wire::from_wire(m.position());
   f.normal_W = wire::from_wire(m.normal());
   const double length = f.normal_W.norm();
   require(length == 0 || std::abs(length - 1) < 1e-3, ErrorCode::bad_input,
           "a feature's normal must have length 1, or be zero where it is unknown");
-  f.size_m = finite(m.size_m(), "a feature's size_m");
+  f.size_m = require_finite(m.size_m(), "a feature's size_m");
   require(f.size >= 0 && f.size_m >= 0, ErrorCode::bad_input, "a feature's size must not be negative");
   f.descriptor = m.descriptor();
   return f;
@@ -108,7 +104,7 @@ object_model::Perception from_wire(const msg::Perception& m) {
   p.X_WC = from_wire(m.pose_world_camera());
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < 6; ++j)
-      p.covariance(i, j) = finite(m.pose_covariance()[static_cast<std::size_t>(6 * i + j)], "pose_covariance");
+      p.covariance(i, j) = require_finite(m.pose_covariance()[static_cast<std::size_t>(6 * i + j)], "pose_covariance");
   require((p.covariance.diagonal().array() >= 0).all() &&
               (p.covariance - p.covariance.transpose()).cwiseAbs().maxCoeff() <= 1e-9 + 1e-6 * p.covariance.cwiseAbs().maxCoeff(),
           ErrorCode::bad_input, "pose_covariance must be symmetric with no negative variance");
@@ -126,7 +122,7 @@ object_model::Perception from_wire(const msg::Perception& m) {
   require(m.features().size() <= kMostFeatures, ErrorCode::bad_size, "a perception carries at most 8192 features");
   p.features.reserve(m.features().size());
   for (const msg::Feature& f : m.features()) p.features.push_back(from_wire(f));
-  p.silhouette_valid_share = finite(m.silhouette_valid_share(), "silhouette_valid_share");
+  p.silhouette_valid_share = require_finite(m.silhouette_valid_share(), "silhouette_valid_share");
   require(p.silhouette_valid_share >= 0 && p.silhouette_valid_share <= 1, ErrorCode::bad_input,
           "silhouette_valid_share must lie in 0..1");
   return p;
@@ -253,7 +249,7 @@ StampedJoints from_wire(const sensor_msgs::msg::dds_::JointState_& m) {
   out.stamp_ns = stamp_from_wire(m.header().stamp());
   for (std::size_t i = 0; i < m.name().size(); ++i) {
     require(m.name()[i].size() <= 128, ErrorCode::bad_input, "a joint's name has at most 128 characters");
-    out.positions.emplace_back(m.name()[i], finite(m.position()[i], "a joint position"));
+    out.positions.emplace_back(m.name()[i], require_finite(m.position()[i], "a joint position"));
   }
   return out;
 }

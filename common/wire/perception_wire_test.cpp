@@ -13,9 +13,9 @@
 namespace periplus::wire {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
-object_model::Perception sample() {
+object_model::Perception sample_perception() {
   object_model::Perception p;
   p.view_id = "look-3";
   p.stamp_ns = 12345678901;
@@ -57,7 +57,7 @@ ErrorCode refusal(const msg::Perception& m) {
 }
 
 TEST(PerceptionWire, RoundTrip) {
-  const object_model::Perception p = sample(), q = from_wire(to_wire(p));
+  const object_model::Perception p = sample_perception(), q = from_wire(to_wire(p));
   EXPECT_EQ(q.view_id, p.view_id);
   EXPECT_EQ(q.stamp_ns, p.stamp_ns);
   EXPECT_EQ(q.rig.baseline, p.rig.baseline);
@@ -79,7 +79,7 @@ TEST(PerceptionWire, RoundTrip) {
 }
 
 TEST(PerceptionWire, RefusesWhatDoesNotHold) {
-  const msg::Perception good = to_wire(sample());
+  const msg::Perception good = to_wire(sample_perception());
   ASSERT_EQ(refusal(good), ErrorCode::ok);
   const auto spoilt = [&](const std::function<void(msg::Perception&)>& spoil) {
     msg::Perception m = good;
@@ -95,14 +95,16 @@ TEST(PerceptionWire, RefusesWhatDoesNotHold) {
   EXPECT_EQ(spoilt([](auto& m) { m.depth()[0].depth_minimum()[5] = 1.3f; }), ErrorCode::bad_input);  // behind the depth
   EXPECT_EQ(spoilt([](auto& m) { m.depth().clear(); }), ErrorCode::bad_size);
   EXPECT_EQ(spoilt([](auto& m) { m.depth()[0].camera().width(1u << 31); }), ErrorCode::bad_input);
+  EXPECT_EQ(spoilt([](auto& m) { m.depth()[0].camera().fx(2e11); }), ErrorCode::bad_input);
+  EXPECT_EQ(spoilt([](auto& m) { m.rig().camera().fy(1e7); }), ErrorCode::bad_input);
   EXPECT_EQ(spoilt([](auto& m) { m.color().resize(10); }), ErrorCode::bad_size);
   EXPECT_EQ(spoilt([](auto& m) { m.disparity().resize(10); }), ErrorCode::bad_size);
   EXPECT_EQ(spoilt([](auto& m) { m.disparity().clear(); }), ErrorCode::ok);
   EXPECT_EQ(spoilt([](auto& m) { m.pose_world_camera().qw(2); }), ErrorCode::bad_input);
-  EXPECT_EQ(spoilt([](auto& m) { m.pose_world_camera().position().x(kNan); }), ErrorCode::not_finite);
+  EXPECT_EQ(spoilt([](auto& m) { m.pose_world_camera().position().x(kNoNumber); }), ErrorCode::not_finite);
   EXPECT_EQ(spoilt([](auto& m) { m.pose_covariance()[0] = -1; }), ErrorCode::bad_input);
   EXPECT_EQ(spoilt([](auto& m) { m.pose_covariance()[3] = 1; }), ErrorCode::bad_input);
-  EXPECT_EQ(spoilt([](auto& m) { m.pose_covariance()[3] = kNan; }), ErrorCode::not_finite);
+  EXPECT_EQ(spoilt([](auto& m) { m.pose_covariance()[3] = kNoNumber; }), ErrorCode::not_finite);
   EXPECT_EQ(spoilt([](auto& m) { m.features()[0].normal().z(3); }), ErrorCode::bad_input);
   EXPECT_EQ(spoilt([](auto& m) { m.features()[0].u(std::numeric_limits<float>::quiet_NaN()); }), ErrorCode::not_finite);
   EXPECT_EQ(spoilt([](auto& m) { m.features()[0].size_m(-1); }), ErrorCode::bad_input);
@@ -113,7 +115,7 @@ TEST(PerceptionWire, RefusesWhatDoesNotHold) {
 // Whatever octets come: a decoded sample is either accepted, with shapes that hold, or refused with an Error.
 TEST(PerceptionWire, HostileOctetsNeverDoMoreThanBeRefused) {
   const dds::Codec& codec = dds::codec<msg::Perception>();
-  const msg::Perception good = to_wire(sample());
+  const msg::Perception good = to_wire(sample_perception());
   std::vector<std::uint8_t> bytes(codec.size(&good) + 64);
   bytes.resize(codec.encode(&good, bytes.data(), bytes.size()));
   ASSERT_GT(bytes.size(), 100u);
@@ -204,7 +206,7 @@ TEST(CameraInfoWire, RoundTripAndRefusals) {
   bad.r()[0] = 2;
   EXPECT_THROW(from_wire(bad), Error);
   bad = m;
-  bad.k()[0] = kNan;
+  bad.k()[0] = kNoNumber;
   EXPECT_THROW(from_wire(bad), Error);
   bad = m;
   bad.d().resize(3);
@@ -219,7 +221,7 @@ TEST(JointsAndPoseWire, RoundTripAndRefusals) {
   auto m = to_wire(joints);
   EXPECT_EQ(from_wire(m).stamp_ns, joints.stamp_ns);
   EXPECT_EQ(from_wire(m).positions, joints.positions);
-  m.position()[1] = kNan;
+  m.position()[1] = kNoNumber;
   EXPECT_THROW(from_wire(m), Error);
   m.position().pop_back();
   EXPECT_THROW(from_wire(m), Error);
