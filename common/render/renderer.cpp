@@ -3,7 +3,6 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <mutex>
@@ -11,42 +10,18 @@
 #include "common/core/error.h"
 #include "common/render/gl_context.h"
 #include "common/render/world_builder.h"
+#include "common/robot/mujoco_model.h"
 
 namespace periplus::render {
 namespace {
 
 constexpr int kMostGeoms = 2000;
 
-// MuJoCo's own answer to what it cannot do is to end the process.
-void throw_mujoco_error(const char* message) { throw_error(ErrorCode::sim_render_failed, std::string("MuJoCo: ") + message); }
-
-struct DeleteModel {
-  void operator()(mjModel* m) const { mj_deleteModel(m); }
-};
 struct DeleteData {
   void operator()(mjData* d) const { mj_deleteData(d); }
 };
-struct DeleteFiles {
-  void operator()(mjVFS* files) const {
-    mj_deleteVFS(files);
-    delete files;
-  }
-};
-
-void add_file(mjVFS& files, const std::string& name, const std::string& bytes) {
-  require(mj_makeEmptyFileVFS(&files, name.c_str(), static_cast<int>(bytes.size())) == 0, ErrorCode::sim_scene_bad,
-          "the scene has more parts than can be drawn");
-  std::memcpy(files.filedata[mj_findFileVFS(&files, name.c_str())], bytes.data(), bytes.size());
-}
-
-std::unique_ptr<mjModel, DeleteModel> compile(const World& world) {
-  std::unique_ptr<mjVFS, DeleteFiles> files(new mjVFS);
-  mj_defaultVFS(files.get());
-  for (const auto& [name, bytes] : world.meshes) add_file(*files, name, bytes);
-  add_file(*files, "world.xml", world.xml);
-  std::array<char, 1000> error{};
-  std::unique_ptr<mjModel, DeleteModel> model(mj_loadXML("world.xml", files.get(), error.data(), static_cast<int>(error.size())));
-  require(model != nullptr, ErrorCode::sim_scene_bad, std::string("the scene cannot be drawn: ") + error.data());
+robot::MjModelPtr compile(const World& world) {
+  robot::MjModelPtr model = robot::compile_mjcf(world.xml, world.meshes, ErrorCode::sim_scene_bad);
   for (const auto& [name, picture] : world.textures) {
     const int id = mj_name2id(model.get(), mjOBJ_TEXTURE, name.c_str());
     PERIPLUS_ASSERT(id >= 0 && model->tex_width[id] == picture.width && model->tex_height[id] == picture.height);
@@ -59,7 +34,7 @@ std::unique_ptr<mjModel, DeleteModel> compile(const World& world) {
 
 struct Renderer::Impl {
   RendererOptions options;
-  std::unique_ptr<mjModel, DeleteModel> model;
+  robot::MjModelPtr model;
   std::unique_ptr<mjData, DeleteData> data;
   GlContext gl;
   mjvScene scene{};
@@ -70,7 +45,6 @@ struct Renderer::Impl {
 
   Impl(const scene::Scene& world, const std::vector<TrueObject>& objects, const RendererOptions& o)
       : options(o), model(compile(build_world(world, objects, o))), data(mj_makeData(model.get())), gl(o.backend, o.threads) {
-    mju_user_error = throw_mujoco_error;
     mj_forward(model.get(), data.get());
     const GlContext::Current current(gl);
     mjv_defaultScene(&scene);
@@ -110,7 +84,10 @@ struct Renderer::Impl {
 };
 
 Renderer::Renderer(const scene::Scene& scene, const std::vector<TrueObject>& objects, const RendererOptions& options)
-    : impl_(std::make_unique<Impl>(scene, objects, options)) {}
+    : impl_([&] {
+        const robot::MujocoErrors errors(ErrorCode::sim_render_failed);
+        return std::make_unique<Impl>(scene, objects, options);
+      }()) {}
 
 Renderer::~Renderer() = default;
 
@@ -123,6 +100,7 @@ RenderedView Renderer::render(const Pose& X_WC, const Pinhole& camera) {
           "render: pictures of at most " + std::to_string(impl_->options.max_width) + " x " + std::to_string(impl_->options.max_height) +
               " pixels are possible with these options");
   require(is_finite(X_WC), ErrorCode::not_finite, "render: the camera pose is not finite");
+  const robot::MujocoErrors errors(ErrorCode::sim_render_failed);
   const std::lock_guard lock(impl_->mutex);
   const GlContext::Current current(impl_->gl);
   impl_->place_camera(X_WC, camera);

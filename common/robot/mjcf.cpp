@@ -1,14 +1,8 @@
 #include "common/robot/mjcf.h"
 
-#include <mujoco/mujoco.h>
-
 #include <array>
 #include <cstdio>
-#include <cstring>
-#include <mutex>
 #include <numbers>
-
-#include "common/core/error.h"
 
 namespace periplus::robot {
 
@@ -110,25 +104,6 @@ class Writer {
 
 std::string write_mjcf(const Urdf& urdf, const std::vector<Capsule>& capsules, const std::vector<Camera>& cameras) {
   return Writer(urdf, capsules, cameras).write();
-}
-
-void MjModelDeleter::operator()(mjModel_* model) const { mj_deleteModel(model); }
-
-MjModelPtr compile_mjcf(const std::string& mjcf) {
-  // MuJoCo keeps the last parsed XML in a global.
-  static std::mutex mutex;
-  const std::lock_guard lock(mutex);
-  auto files = std::make_unique<mjVFS>();
-  mj_defaultVFS(files.get());
-  require(mj_makeEmptyFileVFS(files.get(), "robot.xml", static_cast<int>(mjcf.size())) == 0, ErrorCode::internal,
-          "MuJoCo does not take the robot's XML into memory");
-  const int index = mj_findFileVFS(files.get(), "robot.xml");
-  std::memcpy(files->filedata[index], mjcf.data(), mjcf.size());
-  std::array<char, 1024> error{};
-  MjModelPtr model(mj_loadXML("robot.xml", files.get(), error.data(), static_cast<int>(error.size())));
-  mj_deleteVFS(files.get());
-  if (!model) throw_error(ErrorCode::bad_input, std::string("robot: MuJoCo refuses the model: ") + error.data());
-  return model;
 }
 
 }  // namespace periplus::robot

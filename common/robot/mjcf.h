@@ -1,14 +1,11 @@
 // A robot as MuJoCo's own XML (MJCF), and its compiled model.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "common/robot/robot_model.h"
 #include "common/robot/urdf.h"
-
-struct mjModel_;
 
 namespace periplus::robot {
 
@@ -19,13 +16,5 @@ inline constexpr const char* kBaseJoints[6] = {"base_x", "base_y", "base_z", "ba
 // and joints keep the URDF's names, depth first; capsules become geoms without contacts (named as the capsules, group 1),
 // cameras become MuJoCo cameras (x right, y up, looking along -z).
 std::string write_mjcf(const Urdf& urdf, const std::vector<Capsule>& capsules, const std::vector<Camera>& cameras);
-
-struct MjModelDeleter {
-  void operator()(mjModel_* model) const;
-};
-using MjModelPtr = std::unique_ptr<mjModel_, MjModelDeleter>;
-
-// Throws Error(bad_input) with MuJoCo's own words.
-MjModelPtr compile_mjcf(const std::string& mjcf);
 
 }  // namespace periplus::robot

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "common/core/error.h"
+#include "common/robot/mujoco_model.h"
 
 namespace periplus::robot {
 
@@ -20,7 +21,7 @@ const char* const kArm =
 }
 
 TEST(Mjcf, BaseJointsThenTheUrdfs) {
-  const MjModelPtr model = compile_mjcf(write_mjcf(parse_urdf(kArm), {}, {}));
+  const MjModelPtr model = compile_mjcf(write_mjcf(parse_urdf(kArm), {}, {}), {}, ErrorCode::bad_input);
   ASSERT_EQ(model->nq, 7);
   ASSERT_EQ(model->nv, 7);
   for (int i = 0; i < 6; ++i) EXPECT_EQ(mj_name2id(model.get(), mjOBJ_JOINT, kBaseJoints[i]), i);
@@ -34,7 +35,7 @@ TEST(Mjcf, BaseJointsThenTheUrdfs) {
 TEST(Mjcf, CapsulesAndCamerasStandWhereTheyAreSaid) {
   Capsule capsule{.link = "base", .a = {0, 0, 0}, .b = {0, 0, 0.4}, .radius = 0.1, .name = "trunk"};
   Camera camera{.name = "eye", .link = "base", .X_LC = look_along({0.1, 0.2, 0.3}, 0, 0), .pinhole = Pinhole::from_vertical_fov(64, 48, 0.5)};
-  const MjModelPtr model = compile_mjcf(write_mjcf(parse_urdf(kArm), {capsule}, {camera}));
+  const MjModelPtr model = compile_mjcf(write_mjcf(parse_urdf(kArm), {capsule}, {camera}), {}, ErrorCode::bad_input);
   const int geom = mj_name2id(model.get(), mjOBJ_GEOM, "trunk");
   ASSERT_GE(geom, 0);
   EXPECT_NEAR(model->geom_size[3 * geom], 0.1, 1e-12);
@@ -52,7 +53,7 @@ TEST(Mjcf, CapsulesAndCamerasStandWhereTheyAreSaid) {
 
 TEST(Mjcf, MujocosRefusalIsPassedOn) {
   try {
-    compile_mjcf("<mujoco><worldbody><body/><nothing/></worldbody></mujoco>");
+    compile_mjcf("<mujoco><worldbody><body/><nothing/></worldbody></mujoco>", {}, ErrorCode::bad_input);
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::bad_input);
@@ -73,7 +74,7 @@ TEST(Mjcf, RealRobots) {
     text << in.rdbuf();
     try {
       const Urdf urdf = parse_urdf(text.str());
-      const MjModelPtr model = compile_mjcf(write_mjcf(urdf, {}, {}));
+      const MjModelPtr model = compile_mjcf(write_mjcf(urdf, {}, {}), {}, ErrorCode::bad_input);
       std::printf("%s: %d links, %d degrees of freedom, %.1f kg\n", entry.path().c_str(), model->nbody - 1, model->nv, mj_getTotalmass(model.get()));
       ++compiled;
     } catch (const Error& error) {

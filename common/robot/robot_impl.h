@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/robot/mjcf.h"
+#include "common/robot/mujoco_model.h"
 #include "common/robot/robot_model.h"
 
 namespace periplus::robot {

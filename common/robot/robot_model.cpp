@@ -9,6 +9,7 @@
 
 #include "common/core/config.h"
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/robot/capsule_distance.h"
 #include "common/robot/names.h"
 #include "common/robot/robot_impl.h"
@@ -232,13 +233,6 @@ void settle(const std::string& where, const std::shared_ptr<RobotModel>& model, 
   }
 }
 
-std::string read_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) throw_error(ErrorCode::io, "cannot read '" + path + "'");
-  return text.str();
-}
-
 }  // namespace
 
 RobotModel::RobotModel(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -271,7 +265,7 @@ std::shared_ptr<const RobotModel> RobotModel::create(const std::string& urdf_tex
   root.finish();
 
   impl.mjcf = write_mjcf(urdf, impl.capsules, impl.cameras);
-  impl.mj = compile_mjcf(impl.mjcf);
+  impl.mj = compile_mjcf(impl.mjcf, {}, ErrorCode::bad_input);
   PERIPLUS_ASSERT(impl.mj->nq == 6 + static_cast<int>(impl.joints.size()) && impl.mj->nq == impl.mj->nv);
   impl.mass = mj_getTotalmass(impl.mj.get());
   for (const UrdfLink& link : urdf.links) impl.bodies[link.name] = mj_name2id(impl.mj.get(), mjOBJ_BODY, link.name.c_str());
@@ -284,7 +278,7 @@ std::shared_ptr<const RobotModel> RobotModel::load(const std::string& urdf_text,
 }
 
 std::shared_ptr<const RobotModel> RobotModel::load_files(const std::string& urdf_path, const std::string& yaml_path) {
-  return create(read_text(urdf_path), read_text(yaml_path), yaml_path);
+  return create(read_file(urdf_path), read_file(yaml_path), yaml_path);
 }
 
 const std::string& RobotModel::name() const { return impl_->name; }

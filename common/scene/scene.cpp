@@ -41,7 +41,7 @@ std::string read_name(const config::Node& node, std::set<std::string>& taken) {
 // A file name stays below the assets folders.
 void read_texture(const config::Node& node, const char* key, std::string& texture) {
   node.read(key, texture);
-  if (texture.size() > 512 || texture.find("..") != std::string::npos)
+  if (texture.size() > 512 || texture.starts_with('/') || texture.find("..") != std::string::npos)
     refuse(node, std::string(key) + ": a file name below the assets folders or \"noise:<seed>\" is expected");
   if (texture.starts_with("noise:")) {
     const std::string seed = texture.substr(6);

@@ -68,6 +68,7 @@ TEST(Scene, RefusesWhatCannotBeUsed) {
   EXPECT_NE(message_of(replaced(kText, "x_m: -1.5", "x_m: -9")).find("outside the room"), std::string::npos);
   EXPECT_NE(message_of(replaced(kText, "noise:3", "noise:x")).find("seed"), std::string::npos);
   EXPECT_NE(message_of(replaced(kText, "floor.png", "../../etc/passwd")).find("assets"), std::string::npos);
+  EXPECT_NE(message_of(replaced(kText, "floor.png", "/etc/passwd.png")).find("assets"), std::string::npos);
   EXPECT_NE(message_of(replaced(kText, "diameter_m", "diametre_m")), "");
   EXPECT_NE(message_of(replaced(kText, "[0, 0, 0.35]", "[0, .nan, 0.35]")), "");
   EXPECT_NE(message_of("name: ["), "");
