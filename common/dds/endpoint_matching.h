@@ -55,6 +55,23 @@ class EndpointMatching {
   std::uint64_t mismatches_ = 0;
 };
 
+// A writer or reader of a back end, known to the matching as long as it lives.
+template <class Base>
+class Described : public Base {
+ public:
+  template <class... Args>
+  explicit Described(EndpointMatching& matching, Args&&... args) : Base(std::forward<Args>(args)...), matching_(matching) {}
+  ~Described() override { matching_.remove(registered_); }
+  void add(const EndpointDescription& description) {
+    registered_ = description.guid;
+    matching_.add_local(description);
+  }
+
+ private:
+  EndpointMatching& matching_;
+  Guid registered_{};
+};
+
 // "01.0f.5a…": as the vendors' own tools print it.
 std::string to_string(const Guid& guid);
 

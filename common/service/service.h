@@ -61,8 +61,8 @@ class Service {
 
   virtual bool stopping() const = 0;
   virtual void stop() = 0;                             // as SIGTERM
-  // Returns once stopped. Servers made by serve() go on until their owners let go of them: what their handlers use must
-  // outlive that.
+  // Returns once stopped, when the service has let go of the servers made by serve(). One that the caller kept goes on until
+  // the caller lets go of it too: what its handler uses must outlive it.
   virtual void wait_until_stopped() = 0;
   // True once stopped, as above; false after the time.
   virtual bool wait_until_stopped(std::chrono::milliseconds) = 0;

@@ -16,6 +16,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/dds/codec_impl.h"
+#include "common/dds/testing/test_domain.h"
 #include "idl/common.h"
 
 namespace periplus::service {
@@ -114,7 +115,8 @@ TEST_F(Run, OtherFailuresAreStatus1AndInTheLog) {
 }
 
 TEST_F(Run, BeatsUntilSigtermAndSaysGoodBye) {
-  ::setenv("PERIPLUS_DOMAIN", "71", 1);
+  const dds::testing::TestDomain domain;
+  ::setenv("PERIPLUS_DOMAIN", std::to_string(domain.id()).c_str(), 1);
   std::mutex mutex;
   std::vector<int> states;
   std::string detail;

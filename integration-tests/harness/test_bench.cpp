@@ -8,20 +8,9 @@
 #include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 
 namespace periplus::harness {
-
-namespace {
-
-std::string read_text(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  require(file.good(), ErrorCode::io, "cannot read " + path.string());
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-}  // namespace
 
 const char* BallOnTable::scene_yaml() {
   return R"(schema: periplus-scene-1
@@ -58,16 +47,16 @@ Pose BallOnTable::view(double azimuth, double height, double distance) {
   return look_at(middle, center()) * Eigen::Translation3d(-0.072, 0, 0);
 }
 
-TestBench::TestBench(const std::string& name, int domain) : domain_(domain) {
+TestBench::TestBench(const std::string& name) {
   folder_ = (std::filesystem::temp_directory_path() / ("periplus-" + name + "-" + std::to_string(::getpid()))).string();
   std::filesystem::remove_all(folder_);
   std::filesystem::create_directories(folder_);
   const std::filesystem::path robots = std::filesystem::path(PERIPLUS_SOURCE_DIR) / "deploy/robots";
-  robot_yaml_ = read_text(robots / "hrp2like.yaml");
-  robot_urdf_ = read_text(robots / "hrp2like.urdf");
+  robot_yaml_ = read_file(robots / "hrp2like.yaml");
+  robot_urdf_ = read_file(robots / "hrp2like.urdf");
   robot_ = robot::RobotModel::load(robot_urdf_, robot_yaml_);
   dds::NodeOptions options = dds::NodeOptions::from_environment("test-" + name);
-  options.domain = domain;
+  options.domain = domain_.id();
   node_ = dds::Node::create(options);
 }
 
@@ -79,7 +68,7 @@ TestBench::~TestBench() {
 
 Program& TestBench::start(const std::string& program, const std::vector<std::string>& arguments,
                           const Program::Environment& more) {
-  Program::Environment environment{{"PERIPLUS_DOMAIN", std::to_string(domain_)}, {"XDG_STATE_HOME", folder_ + "/state"}};
+  Program::Environment environment{{"PERIPLUS_DOMAIN", std::to_string(domain_.id())}, {"XDG_STATE_HOME", folder_ + "/state"}};
   for (const auto& [key, value] : more) environment[key] = value;
   programs_.push_back(std::make_unique<Program>(std::string(PERIPLUS_BIN_DIR) + "/" + program, arguments, environment,
                                                 folder_ + "/" + program + ".log"));
@@ -91,7 +80,7 @@ void TestBench::stop_all() { programs_.clear(); }
 std::string TestBench::logs() const {
   std::string text;
   for (const auto& entry : std::filesystem::directory_iterator(folder_))
-    if (entry.path().extension() == ".log") text += entry.path().filename().string() + ":\n" + read_text(entry.path());
+    if (entry.path().extension() == ".log") text += entry.path().filename().string() + ":\n" + read_file(entry.path());
   return text;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/dds/node.h"
+#include "common/dds/testing/test_domain.h"
 #include "common/object_model/perception.h"
 #include "common/robot/robot_model.h"
 #include "common/scene/scene.h"
@@ -27,8 +28,8 @@ struct BallOnTable {
 
 class TestBench {
  public:
-  // `domain` 0..101, another one for each test. The vendor of the test's own node comes from PERIPLUS_DDS.
-  TestBench(const std::string& name, int domain);
+  // In a domain of its own. The vendor of the test's own node comes from PERIPLUS_DDS.
+  explicit TestBench(const std::string& name);
   ~TestBench();
 
   dds::Node& node() { return *node_; }
@@ -48,7 +49,7 @@ class TestBench {
 
  private:
   std::string folder_;
-  int domain_;
+  dds::testing::TestDomain domain_;
   std::shared_ptr<dds::Node> node_;
   std::string robot_yaml_, robot_urdf_;
   std::shared_ptr<const robot::RobotModel> robot_;

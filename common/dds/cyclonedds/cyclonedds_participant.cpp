@@ -8,7 +8,6 @@
 #include <set>
 
 #include "common/core/error.h"
-#include "common/core/log.h"
 #include "common/dds/cyclonedds/sertype.h"
 #include "common/dds/participant.h"
 
@@ -219,22 +218,6 @@ class CycloneReader : public Reader {
   GuidCache guids_;
   std::mutex mutex_;
   std::set<dds_instance_handle_t> alive_, died_;   // in neither: not heard of since it was matched
-};
-
-template <class Base>
-class Described : public Base {
- public:
-  template <class... Args>
-  explicit Described(EndpointMatching& matching, Args&&... args) : Base(std::forward<Args>(args)...), matching_(matching) {}
-  ~Described() override { matching_.remove(registered_); }
-  void add(const EndpointDescription& description) {
-    registered_ = description.guid;
-    matching_.add_local(description);
-  }
-
- private:
-  EndpointMatching& matching_;
-  Guid registered_{};
 };
 
 std::string configuration(const ParticipantSettings& settings) {

@@ -5,7 +5,6 @@
 #include <dds/ddsi/ddsi_serdata.h>
 #include <dds/ddsi/ddsi_sertype.h>
 #include <dds/ddsi/q_radmin.h>
-#include <dds/ddsrt/md5.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -14,6 +13,8 @@
 #include <memory>
 #include <new>
 #include <vector>
+
+#include "common/dds/key_hash.h"
 
 namespace periplus::dds::cyclonedds {
 namespace {
@@ -45,18 +46,10 @@ struct Serdata : ddsi_serdata {
   }
 
   bool hash_key(const void* sample, bool force_md5, ddsi_keyhash_t& hash_out) const {
-    std::memset(&hash_out, 0, sizeof hash_out);
-    if (!codec->keyed) return true;
-    std::vector<std::uint8_t> key_bytes;
-    if (!codec->key_be(sample, key_bytes)) return false;
-    if (force_md5 || codec->key_md5) {
-      ddsrt_md5_state_t state;
-      ddsrt_md5_init(&state);
-      ddsrt_md5_append(&state, key_bytes.data(), static_cast<unsigned>(key_bytes.size()));
-      ddsrt_md5_finish(&state, hash_out.value);
-    } else {
-      std::memcpy(hash_out.value, key_bytes.data(), std::min<std::size_t>(16, key_bytes.size()));
-    }
+    const auto found = key_hash(*codec, sample, force_md5);
+    if (!found) return false;
+    static_assert(sizeof hash_out.value == sizeof *found);
+    std::memcpy(hash_out.value, found->data(), found->size());
     return true;
   }
   void set_hash() {

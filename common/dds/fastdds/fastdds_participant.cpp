@@ -3,7 +3,6 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
-#include <fastrtps/utils/md5.h>
 
 #include <algorithm>
 #include <chrono>
@@ -25,7 +24,7 @@
 #include <set>
 
 #include "common/core/error.h"
-#include "common/core/log.h"
+#include "common/dds/key_hash.h"
 #include "common/dds/participant.h"
 
 namespace periplus::dds {
@@ -78,19 +77,9 @@ class Type : public fdds::TopicDataType {
   void* createData() override { return codec_.create(); }
   void deleteData(void* sample) override { codec_.destroy(sample); }
   bool getKey(void* sample, rtps::InstanceHandle_t* handle, bool force_md5) override {
-    std::vector<std::uint8_t> key;
-    if (!codec_.keyed || !codec_.key_be(sample, key)) return false;
-    std::array<rtps::octet, 16> hash{};
-    if (force_md5 || codec_.key_md5) {
-      MD5 md5;
-      md5.init();
-      md5.update(key.data(), static_cast<unsigned>(key.size()));
-      md5.finalize();
-      std::copy_n(md5.digest, 16, hash.begin());
-    } else {
-      std::copy_n(key.begin(), std::min<std::size_t>(16, key.size()), hash.begin());
-    }
-    for (unsigned i = 0; i < 16; ++i) handle->value[i] = hash[i];
+    const auto hash = codec_.keyed ? key_hash(codec_, sample, force_md5) : std::nullopt;
+    if (!hash) return false;
+    for (unsigned i = 0; i < 16; ++i) handle->value[i] = (*hash)[i];
     return true;
   }
 
@@ -283,22 +272,6 @@ class FastReader : public Reader, private fdds::DataReaderListener {
   bool woken_ = false;
   std::map<Guid, std::chrono::steady_clock::time_point> matched_;
   std::set<Guid> alive_, died_;
-};
-
-template <class Base>
-class Described : public Base {
- public:
-  template <class... Args>
-  explicit Described(EndpointMatching& matching, Args&&... args) : Base(std::forward<Args>(args)...), matching_(matching) {}
-  ~Described() override { matching_.remove(registered_); }
-  void add(const EndpointDescription& description) {
-    registered_ = description.guid;
-    matching_.add_local(description);
-  }
-
- private:
-  EndpointMatching& matching_;
-  Guid registered_{};
 };
 
 class FastParticipant : public Participant, private fdds::DomainParticipantListener {

@@ -1,11 +1,12 @@
+#include "common/dds/participant.h"
+
 #include <gtest/gtest.h>
 
 #include <thread>
 
 #include "common/core/error.h"
 #include "common/dds/codec_impl.h"
-#include "common/dds/participant.h"
-#include "common/dds/testing/test_domain.h"
+#include "common/dds/testing/vendor_test.h"
 #include "idl/common.h"
 
 namespace periplus::dds {
@@ -13,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-class FastddsParticipantTest : public ::testing::Test {
+class ParticipantTest : public ::testing::TestWithParam<std::string> {
  protected:
   std::unique_ptr<Participant> join(const std::vector<std::string>& peers = {}) {
     ParticipantSettings settings;
@@ -21,7 +22,8 @@ class FastddsParticipantTest : public ::testing::Test {
     settings.options.domain = domain_.id();
     settings.options.peers = peers;
     settings.interface = find_interface("lo");
-    return make_fastdds_participant(settings, matching_, bad_samples_);
+    return GetParam() == "fastdds" ? make_fastdds_participant(settings, matching_, bad_samples_)
+                                   : make_cyclonedds_participant(settings, matching_, bad_samples_);
   }
   static Take take(Reader& reader, void* sample) {
     for (int i = 0; i < 500; ++i) {
@@ -36,7 +38,7 @@ class FastddsParticipantTest : public ::testing::Test {
   std::atomic<std::uint64_t> bad_samples_{0};
 };
 
-TEST_F(FastddsParticipantTest, EndpointsKnowEachOthersGuids) {
+TEST_P(ParticipantTest, EndpointsKnowEachOthersGuids) {
   const auto participant = join();
   const auto writer = participant->writer("t", codec<msg::Cancel>(), qos_rpc());
   const auto reader = participant->reader("t", codec<msg::Cancel>(), qos_rpc());
@@ -47,7 +49,7 @@ TEST_F(FastddsParticipantTest, EndpointsKnowEachOthersGuids) {
 }
 
 // Discovery without multicast: two participants that only know this host's address.
-TEST_F(FastddsParticipantTest, PeersFindEachOtherWithoutMulticast) {
+TEST_P(ParticipantTest, PeersFindEachOtherWithoutMulticast) {
   const auto one = join({"127.0.0.1"}), two = join({"127.0.0.1"});
   const auto writer = one->writer("t", codec<msg::Cancel>(), qos_latest());
   const auto reader = two->reader("t", codec<msg::Cancel>(), qos_latest());
@@ -58,7 +60,7 @@ TEST_F(FastddsParticipantTest, PeersFindEachOtherWithoutMulticast) {
   EXPECT_EQ(back.number(), 5);
 }
 
-TEST_F(FastddsParticipantTest, WakeEndsAWait) {
+TEST_P(ParticipantTest, WakeEndsAWait) {
   const auto participant = join();
   const auto reader = participant->reader("t", codec<msg::Cancel>(), qos_stream());
   reader->wait(0ms);
@@ -71,6 +73,8 @@ TEST_F(FastddsParticipantTest, WakeEndsAWait) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 2s);
   waker.join();
 }
+
+INSTANTIATE_TEST_SUITE_P(, ParticipantTest, testing::each_vendor());
 
 }  // namespace
 }  // namespace periplus::dds
