@@ -54,6 +54,12 @@ double wrap_angle(double angle) {
   return wrapped == -std::numbers::pi ? std::numbers::pi : wrapped;
 }
 
+double mean_yaw(double a, double b) { return a + 0.5 * wrap_angle(b - a); }
+
+Pose2 middle(const Pose2& a, const Pose2& b) {
+  return {0.5 * (a.x + b.x), 0.5 * (a.y + b.y), wrap_angle(mean_yaw(a.yaw, b.yaw))};
+}
+
 namespace {
 // Body axes (x forward, y left, z up) to optical axes (x right, y down, z forward).
 const Eigen::Matrix3d& body_from_optical() {

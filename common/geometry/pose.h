@@ -28,6 +28,10 @@ Pose2 compose(const Pose2& a, const Pose2& b);
 Pose2 inverse(const Pose2& a);
 // Into (-pi, pi].
 double wrap_angle(double angle);
+// Half way from one heading to the other, the shorter way round [rad]; within pi / 2 of `a`, not wrapped.
+double mean_yaw(double a, double b);
+// Half way between two poses, as the middle of two feet: mean position, mean heading in (-pi, pi].
+Pose2 middle(const Pose2& a, const Pose2& b);
 
 // Optical camera pose at p_WC looking along yaw and pitch (positive down) with the image upright but for `roll`.
 Pose look_along(const Eigen::Vector3d& p_WC, double yaw, double pitch, double roll = 0);

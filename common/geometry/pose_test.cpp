@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include "common/core/random.h"
 
 namespace periplus {
@@ -38,6 +40,16 @@ TEST(Pose2, ComposeWithInverseIsIdentity) {
   EXPECT_NEAR(e.yaw, 0, 1e-12);
   const Pose2 b{-0.3, 0.2, -2.5}, c = compose(a, b);
   EXPECT_TRUE(to_pose(c).isApprox(to_pose(a) * to_pose(b), 1e-12));
+}
+
+TEST(Pose2, TheMiddleFacesTheShorterWayRound) {
+  const Pose2 m = middle({1, 0, 3}, {3, 2, -3});
+  EXPECT_DOUBLE_EQ(m.x, 2);
+  EXPECT_DOUBLE_EQ(m.y, 1);
+  EXPECT_NEAR(std::abs(m.yaw), std::numbers::pi, 1e-12);
+  EXPECT_NEAR(mean_yaw(3, -3), std::numbers::pi, 1e-12);
+  EXPECT_NEAR(mean_yaw(-3, 3), -std::numbers::pi, 1e-12);
+  EXPECT_DOUBLE_EQ(mean_yaw(0.2, 0.6), 0.4);
 }
 
 }  // namespace

@@ -14,11 +14,6 @@ namespace {
 constexpr double kLimitSlack = 1e-6;  // a joint that stands at its limit up to rounding [rad]
 constexpr int kStretches = 4;         // attempts to slow down until all joints keep their speeds
 
-double minimum_jerk(double u) {
-  u = std::clamp(u, 0.0, 1.0);
-  return u * u * u * (10 - 15 * u + 6 * u * u);
-}
-
 void check_joints(const robot::RobotModel& model, Eigen::VectorXd& q, const char* which) {
   require(q.size() == model.dof(), ErrorCode::bad_size,
           std::string(which) + " has " + std::to_string(q.size()) + " numbers; this robot has " +
@@ -74,8 +69,7 @@ PostureMotion::PostureMotion(std::shared_ptr<const robot::RobotModel> model, con
   // The goal as seen from the feet: turned and moved over the floor so that its feet stand where these do.
   to_ = ik_.measure(goal_);
   const auto between = [](const BodyTarget& t) {
-    const Pose2 l = to_pose2(t.X_left), r = to_pose2(t.X_right);
-    return Pose2{0.5 * (l.x + r.x), 0.5 * (l.y + r.y), wrap_angle(l.yaw + 0.5 * wrap_angle(r.yaw - l.yaw))};
+    return middle(to_pose2(t.X_left), to_pose2(t.X_right));
   };
   const Pose X_from_goal = to_pose(compose(between(from_), inverse(between(to_))));
   to_.com = X_from_goal * to_.com;

@@ -90,7 +90,7 @@ void LandFoot::move(const BodyTarget& to, double duration) {
     commands_.resize(begun);
     q_ = q;
     for (int k = 1; k <= n; ++k) {
-      const double u = static_cast<double>(k) / n, s = u * u * u * (10 - 15 * u + 6 * u * u);
+      const double s = minimum_jerk(static_cast<double>(k) / n);
       now_.com = from.com + s * (to.com - from.com);
       now_.X_left = between(from.X_left, to.X_left, s);
       now_.X_right = between(from.X_right, to.X_right, s);

@@ -1,8 +1,14 @@
 #include "services/motion_controller/trajectory.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace periplus::motion {
+
+double minimum_jerk(double u) {
+  u = std::clamp(u, 0.0, 1.0);
+  return u * u * u * (10 - 15 * u + 6 * u * u);
+}
 
 double greatest_speed_ratio(const robot::RobotModel& model, const Eigen::VectorXd& before,
                             const std::vector<Command>& commands, std::size_t from, double period, std::string& joint) {

@@ -32,6 +32,9 @@ class Trajectory {
   std::vector<Command> commands_;
 };
 
+// Share of a way at share u of its time (both clamped to 0..1), at rest with no acceleration at either end (Flash & Hogan 1985).
+double minimum_jerk(double u);
+
 struct MotionLimits {
   double period = 0.005;         // of the commands [s]
   double speed_share = 0.95;     // of a joint's greatest speed that may be used

@@ -27,5 +27,14 @@ TEST(GreatestSpeedRatio, NamesTheFastestJoint) {
   EXPECT_EQ(greatest_speed_ratio(*model, before, commands, 1, 0.005, joint), 0);
 }
 
+TEST(MinimumJerk, BeginsAndEndsAtRest) {
+  EXPECT_EQ(minimum_jerk(0), 0);
+  EXPECT_EQ(minimum_jerk(1), 1);
+  EXPECT_EQ(minimum_jerk(-1), 0);
+  EXPECT_EQ(minimum_jerk(2), 1);
+  EXPECT_DOUBLE_EQ(minimum_jerk(0.5), 0.5);
+  EXPECT_LT(minimum_jerk(1e-3), 1.1e-8);  // of third order
+}
+
 }  // namespace
 }  // namespace periplus::motion

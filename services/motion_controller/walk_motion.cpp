@@ -44,7 +44,7 @@ WalkMotion::WalkMotion(std::shared_ptr<const robot::RobotModel> model, const Eig
   height_ = ik_.measure(half_sitting).com.z();
   const Eigen::Vector2d middle =
       0.5 * (WalkingPattern::pressure_point(gait, feet[0]) + WalkingPattern::pressure_point(gait, feet[1]));
-  const double yaw = feet[0].yaw + 0.5 * wrap_angle(feet[1].yaw - feet[0].yaw);
+  const double yaw = mean_yaw(feet[0].yaw, feet[1].yaw);
   double upper_body_off = 0;
   for (const int j : ik_.upper_body())
     upper_body_off = std::max(upper_body_off, std::abs(start_(6 + j) - half_sitting(6 + j)));

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/core/error.h"
+#include "services/motion_controller/trajectory.h"
 
 namespace periplus::motion {
 namespace {
@@ -15,15 +16,10 @@ constexpr double kTravelBegin = 0.05, kTravelEnd = 0.90, kDown = 0.95;
 constexpr double kHaltNotice = 0.5;
 constexpr double kWaistTurn = 0.8;  // at the end, to face as the feet do [s]
 
-double minimum_jerk(double u) {
-  u = std::clamp(u, 0.0, 1.0);
-  return u * u * u * (10 - 15 * u + 6 * u * u);
-}
 double smooth(double u) {
   u = std::clamp(u, 0.0, 1.0);
   return u * u * (3 - 2 * u);
 }
-double mean_yaw(const std::array<Pose2, 2>& feet) { return feet[0].yaw + 0.5 * wrap_angle(feet[1].yaw - feet[0].yaw); }
 SolePose on_floor(const Pose2& p) { return {{p.x, p.y, 0}, p.yaw}; }
 
 }  // namespace
@@ -74,7 +70,7 @@ Eigen::Vector2d WalkingPattern::middle() const {
 
 void WalkingPattern::begin() {
   now_.soles = {on_floor(feet_[0]), on_floor(feet_[1])};
-  now_.waist_yaw = mean_yaw(feet_);
+  now_.waist_yaw = mean_yaw(feet_[0].yaw, feet_[1].yaw);
   now_.zmp_reference = middle();
   ticks_.assign(1 + static_cast<std::size_t>(std::lround(settings_.first_hold / settings_.preview.period)), now_);
 }
@@ -96,7 +92,7 @@ void WalkingPattern::add_step(const Step& step, double double_support) {
   const double turn = wrap_angle(step.sole.yaw - from.yaw);
   const double waist_from = now_.waist_yaw;
   const double waist_turn =
-      wrap_angle(feet_[standing].yaw + 0.5 * wrap_angle(step.sole.yaw - feet_[standing].yaw) - waist_from);
+      wrap_angle(mean_yaw(feet_[standing].yaw, step.sole.yaw) - waist_from);
   const int n = static_cast<int>(std::lround(settings_.single_support / settings_.preview.period));
   now_.support = standing;
   for (int k = 1; k <= n; ++k) {
@@ -120,7 +116,7 @@ void WalkingPattern::add_step(const Step& step, double double_support) {
 
 void WalkingPattern::finish() {
   shift_weight(middle(), settings_.end_double_support);
-  const double from = now_.waist_yaw, turn = wrap_angle(mean_yaw(feet_) - from);
+  const double from = now_.waist_yaw, turn = wrap_angle(mean_yaw(feet_[0].yaw, feet_[1].yaw) - from);
   const int n = static_cast<int>(std::lround(settings_.settle / settings_.preview.period));
   for (int k = 1; k <= n; ++k) {
     now_.waist_yaw = from + smooth(k * settings_.preview.period / kWaistTurn) * turn;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "common/core/error.h"
+#include "common/object_model/object_model.h"
 
 namespace periplus::nbv {
 namespace {
@@ -25,25 +26,11 @@ double sigmoid(double x) { return 1 / (1 + std::exp(-x)); }
 
 voxel::VisibilityScene Evaluator::make_visibility(const Situation& s) {
   check(s);
-  std::vector<voxel::Occluder> occluders;
-  for (const scene::Solid& solid : s.scene.solids) {
-    switch (solid.shape) {
-      case scene::Shape::box:
-        occluders.push_back(voxel::Occluder::box(solid.X_WS, solid.size));
-        break;
-      case scene::Shape::cylinder:
-        occluders.push_back(voxel::Occluder::cylinder(solid.X_WS, solid.size.x(), solid.size.z()));
-        break;
-      case scene::Shape::sphere:
-        occluders.push_back(voxel::Occluder::sphere(solid.X_WS.translation(), solid.size.x()));
-        break;
-    }
-  }
   std::vector<Eigen::Vector3i> watched;
   for (const auto& l : s.landmarks) {
     if (l.p_W.allFinite()) watched.push_back(s.grid->geometry().voxel_of(l.p_W));
   }
-  return voxel::VisibilityScene(*s.grid, occluders, watched);
+  return voxel::VisibilityScene(*s.grid, object_model::occluders_of(s.scene), watched);
 }
 
 Evaluator::Evaluator(const Situation& situation, const EvaluationSettings& settings, const ConstraintSettings& constraints)

@@ -160,11 +160,6 @@ void StepSettings::check() const {
   require(most_steps > 0 && most_steps <= 1024, ErrorCode::bad_input, "most_steps must be 1 to 1024");
 }
 
-Pose2 middle(const Feet& feet) {
-  return {0.5 * (feet.left.x + feet.right.x), 0.5 * (feet.left.y + feet.right.y),
-          wrap_angle(feet.left.yaw + 0.5 * wrap_angle(feet.right.yaw - feet.left.yaw))};
-}
-
 Feet stance(const Pose2& body, double half_width) {
   return {compose(body, {0, half_width, 0}), compose(body, {0, -half_width, 0})};
 }

@@ -37,8 +37,7 @@ struct Footstep {
   Pose2 sole;        // where it lands
 };
 
-// Middle of both feet with their mean heading.
-Pose2 middle(const Feet& feet);
+inline Pose2 middle(const Feet& feet) { return middle(feet.left, feet.right); }
 // Half-sitting feet about a body pose: soles parallel, `half_width` [m] to each side.
 Feet stance(const Pose2& body, double half_width);
 // The moving foot's pose in the standing foot's frame, mirrored so that y and yaw are outwards.
