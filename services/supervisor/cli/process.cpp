@@ -92,14 +92,17 @@ Process::Process(const ProcessOptions& options) {
 
 Process::~Process() { kill(); }
 
-Process::Process(Process&& other) noexcept : pid_(other.pid_), status_(other.status_) { other.pid_ = -1; }
+Process::Process(Process&& other) noexcept : pid_(other.pid_), status_(other.status_), reaped_(other.reaped_) { other.pid_ = -1; }
 
 std::optional<int> Process::poll() {
   if (pid_ < 0 || status_) return status_;
-  int status = 0;
-  const pid_t got = ::waitpid(pid_, &status, WNOHANG);
-  if (got == pid_) status_ = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
-  if (got < 0 && errno == ECHILD) status_ = 128;
+  // Left unreaped: its number, which is its group's too, stays its own until kill().
+  siginfo_t info{};
+  if (::waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) != 0) {
+    if (errno == ECHILD) status_ = 128;
+  } else if (info.si_pid == pid_) {
+    status_ = info.si_code == CLD_EXITED ? info.si_status : 128 + info.si_status;
+  }
   return status_;
 }
 
@@ -114,10 +117,11 @@ void Process::terminate() {
 }
 
 void Process::kill() {
-  if (pid_ <= 0) return;
-  // The group's number stays taken while any member lives, also after its leader was reaped.
+  if (pid_ <= 0 || reaped_) return;
   ::kill(-pid_, SIGKILL);
   while (!poll()) std::this_thread::sleep_for(2ms);
+  ::waitpid(pid_, nullptr, 0);
+  reaped_ = true;
 }
 
 std::optional<std::string> output_of(const std::filesystem::path& program, const std::vector<std::string>& arguments) {

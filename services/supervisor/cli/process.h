@@ -1,4 +1,5 @@
-// A child process that cannot outlive its parent: own process group, killed when the thread that started it dies.
+// A child process that cannot outlive its parent: own process group, killed when the thread that started it dies. One that
+// ended stays a zombie until kill() or the destructor, so that no other process can bear its number meanwhile.
 #pragma once
 
 #include <sys/types.h>
@@ -32,11 +33,12 @@ class Process {
   std::optional<int> poll();
   std::optional<int> wait(std::chrono::milliseconds timeout);
   void terminate();                                 // SIGTERM to the process
-  void kill();                                      // SIGKILL to its whole group; returns when it is gone
+  void kill();                                      // SIGKILL to its whole group; returns when it is gone and reaped
 
  private:
   pid_t pid_ = -1;
   std::optional<int> status_;
+  bool reaped_ = false;
 };
 
 // Runs a program to its end and returns what it wrote on standard output; nothing if it could not be started or failed.

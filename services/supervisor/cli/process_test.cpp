@@ -64,6 +64,25 @@ TEST(Process, KillTakesGrandchildrenToo) {
   std::filesystem::remove(file);
 }
 
+TEST(Process, KeepsItsNumberUntilItsGroupWasKilled) {
+  const std::string file = testing::TempDir() + "/periplus_orphan_" + std::to_string(::getpid());
+  Process process(shell("sleep 100 & echo $! > " + file));
+  ASSERT_EQ(process.wait(5s), 0);
+  pid_t orphan = 0;
+  std::ifstream(file) >> orphan;
+  ASSERT_TRUE(start_ticks(orphan));
+  const std::string leader = "/proc/" + std::to_string(process.pid());
+  EXPECT_TRUE(std::filesystem::exists(leader)) << "reaped: kill() would strike whoever has the number next";
+  EXPECT_FALSE(start_ticks(process.pid())) << "though it has ended";
+  process.kill();
+  EXPECT_FALSE(std::filesystem::exists(leader));
+  EXPECT_EQ(process.poll(), 0);
+  for (int i = 0; i < 200 && start_ticks(orphan); ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_FALSE(start_ticks(orphan));
+  process.kill();  // once more is once too often for nobody
+  std::filesystem::remove(file);
+}
+
 TEST(Process, TerminateIsAPoliteRequest) {
   Process process(shell("trap 'exit 3' TERM; while :; do sleep 0.02; done"));
   std::this_thread::sleep_for(200ms);

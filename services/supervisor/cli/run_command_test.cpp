@@ -27,6 +27,21 @@ TEST(RunCommand, CheckReadsWithoutStartingAnything) {
   }
 }
 
+TEST(RunCommand, CheckMissesTheObjectsMesh) {
+  const auto folder = std::filesystem::temp_directory_path() / ("periplus_no_assets_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  ::setenv("PERIPLUS_ASSETS", folder.c_str(), 1);
+  try {
+    run_task({.task = kTask, .overrides = {}, .output = "", .check = true});
+    ADD_FAILURE() << "called good";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::io);
+    EXPECT_NE(std::string(e.what()).find(folder.string()), std::string::npos) << e.what();
+  }
+  ::unsetenv("PERIPLUS_ASSETS");
+  std::filesystem::remove_all(folder);
+}
+
 TEST(RunCommand, DownWithNobodyUpIsNoError) {
   const auto folder = std::filesystem::temp_directory_path() / ("periplus_run_command_test_" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);

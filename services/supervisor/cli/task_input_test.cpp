@@ -69,6 +69,27 @@ TEST(TaskInput, ABrokenRobotIsRefusedWithItsFile) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(TaskInput, TheTrueObjectsMeshMustBeThereAndWhole) {
+  const auto folder = std::filesystem::temp_directory_path() / ("periplus_true_object_test_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  const auto write_scene = [&](const std::string& truth) {
+    std::ofstream(folder / "scene.yaml") << "schema: periplus-scene-1\nname: s\nroom: {size_m: [4, 4, 2.5]}\n"
+                                         << truth;
+  };
+  Task task = read_task(kTask, {}, "");
+  task.scene = folder / "scene.yaml";
+  write_scene("");
+  EXPECT_NO_THROW(check_true_object(task)) << "no truth, nothing to be loaded";
+  write_scene("truth: {mesh: object.obj, longest_side_m: 0.4, position_m: [0, 0, 0]}\n");
+  EXPECT_NE(message_of([&] { check_true_object(task); }).find(folder.string()), std::string::npos) << "names the folders";
+  EXPECT_NO_THROW(read_environment(task)) << "a client needs no mesh where the simulator runs elsewhere";
+  std::ofstream(folder / "object.obj") << "this is no mesh";
+  EXPECT_NE(message_of([&] { check_true_object(task); }).find("object.obj"), std::string::npos);
+  std::ofstream(folder / "object.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  EXPECT_NO_THROW(check_true_object(task));
+  std::filesystem::remove_all(folder);
+}
+
 TEST(TaskInput, RunsAreNamedByTimeAndTask) {
   EXPECT_EQ(run_id_of("bunny", std::chrono::system_clock::from_time_t(0)), "19700101-000000-bunny");
 }
