@@ -7,14 +7,6 @@
 
 #include "common/core/error.h"
 
-// Chooses at load time; sanitizers run before the loader's choice can be made.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define PERIPLUS_KERNEL __attribute__((target_clones("arch=x86-64-v2", "default"), flatten))
-#else
-#define PERIPLUS_KERNEL
-#endif
-
 namespace periplus::voxel {
 namespace {
 
@@ -25,15 +17,15 @@ Eigen::Vector3d corner(int c) { return {double(c & 1), double(c >> 1 & 1), doubl
 
 // The silhouette of a cell seen from one of 27 regions (below, within, above along each axis): corner indices in
 // turn, counter-clockwise seen from the camera.
-struct Silhouette {
-  int count = 0;
-  std::array<int, 6> corners{};
+struct Silhouettes {
+  std::int32_t count[27] = {};
+  std::int32_t corners[27][6] = {};
 };
 
-std::array<Silhouette, 27> make_silhouettes() {
+Silhouettes make_silhouettes() {
   // Corners of the faces -x +x -y +y -z +z, counter-clockwise from outside.
   constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-  std::array<Silhouette, 27> table;
+  Silhouettes table;
   for (int code = 0; code < 27; ++code) {
     const int side[3] = {code / 9, code / 3 % 3, code % 3};
     bool edge[8][8] = {};
@@ -55,15 +47,15 @@ std::array<Silhouette, 27> make_silhouettes() {
       }
     }
     for (int at = start; at >= 0; at = next[at]) {
-      table[code].corners[table[code].count++] = at;
+      table.corners[code][table.count[code]++] = at;
       if (next[at] == start) break;
     }
   }
   return table;
 }
 
-const std::array<Silhouette, 27>& silhouettes() {
-  static const std::array<Silhouette, 27> table = make_silhouettes();
+const Silhouettes& silhouettes() {
+  static const Silhouettes table = make_silhouettes();
   return table;
 }
 
@@ -170,8 +162,8 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
       for (int bz = 0; bz < n.z(); ++bz) {
         const Eigen::Vector3i at(bx, by, bz);
         const std::size_t base = static_cast<std::size_t>(brick_at(at)) * 8;
-        Brick brick;
-        brick.at = at;
+        VisibilityBrick brick{};
+        for (int a = 0; a < 3; ++a) brick.at[a] = at[a];
         std::uint64_t any = 0;
         for (int x = 0; x < 8; ++x) {
           const std::uint64_t w = grid.occupied()[base + x];
@@ -184,10 +176,13 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
               w >> 8 | word_at(at + Eigen::Vector3i::UnitY(), x) << 56,
               (w & ~(kZLow << 7)) << 1 | (word_at(at - Eigen::Vector3i::UnitZ(), x) >> 7 & kZLow),
               (w & ~kZLow) >> 1 | (word_at(at + Eigen::Vector3i::UnitZ(), x) & kZLow) << 7};
+          std::uint64_t free = 0;
           for (int d = 0; d < 6; ++d) {
             brick.free_face[d][x] = w & ~neighbours[d];
-            any |= brick.free_face[d][x];
+            free |= brick.free_face[d][x];
           }
+          any |= free;
+          surface_ += static_cast<std::size_t>(std::popcount(free));
           brick.environment[x] = w & grid.environment()[base + x];
           brick.unknown[x] = w & ~grid.known()[base + x] & ~grid.environment()[base + x];
         }
@@ -203,6 +198,7 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
     const std::int32_t at = index_[brick_at(Eigen::Vector3i(v.x() / 8, v.y() / 8, v.z() / 8))];
     if (at >= 0) list_[at].watched[v.x() & 7] |= OccupancyGrid::bit(v);
   }
+  watched_ = watched.size();
   const Pose X_GW = geometry_.X_WG.inverse();
   for (const Occluder& occluder : occluders) {
     Points points;
@@ -233,40 +229,25 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
   }
 }
 
-// One rendering: projection and coverage.
+// One rendering: projection and coverage of single convex bodies; the grid's voxels are the kernel's.
 struct VisibilityScene::Raster {
-  int width, height, stride;  // stride: words a row
-  std::uint64_t* coverage;
+  int width, height, rows;  // rows: words a strip, see visibility_kernel.h
+  std::uint32_t* coverage;
   // Homogeneous pixel coordinates of a point of the grid frame [voxels]: m * (x, y, z, 1) = (u w, v w, w), w in metres.
   Eigen::Matrix<double, 3, 4> m;
-  float mf[3][4];
-  float step[3][8];  // of corner c from corner 0
 
   std::uint32_t fill(int row, int left, int right) {
-    std::uint64_t* words = coverage + static_cast<std::size_t>(row) * stride;
-    const int first = left >> 6, last = (right - 1) >> 6;
+    const int first = left >> 5, last = (right - 1) >> 5;
     std::uint32_t fresh = 0;
-    for (int q = first; q <= last; ++q) {
-      std::uint64_t mask = ~0ull;
-      if (q == first) mask &= ~0ull << (left & 63);
-      if (q == last) mask &= ~0ull >> (63 - ((right - 1) & 63));
-      fresh += std::popcount(mask & ~words[q]);
-      words[q] |= mask;
+    for (int s = first; s <= last; ++s) {
+      std::uint32_t mask = ~0u;
+      if (s == first) mask &= ~0u << (left & 31);
+      if (s == last) mask &= ~0u >> (31 - ((right - 1) & 31));
+      std::uint32_t& word = coverage[static_cast<std::size_t>(s) * static_cast<std::size_t>(rows) + static_cast<std::size_t>(row)];
+      fresh += static_cast<std::uint32_t>(std::popcount(mask & ~word));
+      word |= mask;
     }
     return fresh;
-  }
-
-  bool covered(int x0, int y0, int x1, int y1) const {
-    const int first = x0 >> 6, last = x1 >> 6;
-    for (int y = y0; y <= y1; ++y) {
-      for (int q = first; q <= last; ++q) {
-        std::uint64_t mask = ~0ull;
-        if (q == first) mask &= ~0ull << (x0 & 63);
-        if (q == last) mask &= ~0ull >> (63 - (x1 & 63));
-        if (mask & ~coverage[static_cast<std::size_t>(y) * stride + q]) return false;
-      }
-    }
-    return true;
   }
 
   // Any convex set of points; what lies behind the camera is cut off.
@@ -318,112 +299,53 @@ struct VisibilityScene::Raster {
     for (int c = 0; c < 8; ++c) points.push_back(corner(c) + Eigen::Vector3d(x, y, z));
     return fill_convex(points);
   }
-
-  std::uint32_t fill_voxel(int x, int y, int z, const Silhouette& silhouette) {
-    const int count = silhouette.count;
-    if (count == 0) return 0;
-    float h[3];
-    for (int a = 0; a < 3; ++a) h[a] = mf[a][0] * x + mf[a][1] * y + mf[a][2] * z + mf[a][3];
-    float u[6], v[6], top = 1e30f, bottom = -1e30f;
-    int behind = 0;
-    for (int i = 0; i < count; ++i) {
-      const int c = silhouette.corners[i];
-      const float w = h[2] + step[2][c];
-      if (w < static_cast<float>(kNear)) {
-        ++behind;
-        continue;
-      }
-      const float inverse = 1 / w;
-      u[i] = (h[0] + step[0][c]) * inverse;
-      v[i] = (h[1] + step[1][c]) * inverse;
-      top = std::min(top, v[i]);
-      bottom = std::max(bottom, v[i]);
-    }
-    if (behind > 0) return behind == count ? 0 : fill_near_voxel(x, y, z);
-    if (!(bottom > 0) || !(top < height)) return 0;
-    const int y0 = std::max(0, static_cast<int>(std::ceil(top)));
-    const int y1 = bottom < height ? static_cast<int>(std::ceil(bottom)) : height;
-    std::uint32_t fresh = 0;
-    float left[64], right[64];
-    for (int block = y0; block < y1; block += 64) {
-      const int rows = std::min(64, y1 - block);
-      for (int k = 0; k < rows; ++k) {
-        left[k] = 0;
-        right[k] = static_cast<float>(width);
-      }
-      for (int i = 0; i < count; ++i) {
-        const int j = i + 1 == count ? 0 : i + 1;
-        const float rise = v[j] - v[i];
-        if (std::abs(rise) < 1e-4f) continue;
-        const float slope = (u[j] - u[i]) / rise, start = u[i] + (static_cast<float>(block) - v[i]) * slope;
-        if (rise > 0) {
-          for (int k = 0; k < rows; ++k) left[k] = std::max(left[k], start + slope * static_cast<float>(k));
-        } else {
-          for (int k = 0; k < rows; ++k) right[k] = std::min(right[k], start + slope * static_cast<float>(k));
-        }
-      }
-      for (int k = 0; k < rows; ++k) {
-        if (!(left[k] < right[k])) continue;
-        int l = static_cast<int>(left[k]), r = static_cast<int>(right[k]);
-        l += static_cast<float>(l) < left[k];
-        r += static_cast<float>(r) < right[k];
-        if (l < r) fresh += fill(block + k, l, r);
-      }
-    }
-    return fresh;
-  }
-
-  bool brick_visible(const Eigen::Vector3i& b) const {
-    float x0 = 1e30f, x1 = -1e30f, y0 = 1e30f, y1 = -1e30f;
-    int behind = 0;
-    for (int c = 0; c < 8; ++c) {
-      float h[3];
-      for (int a = 0; a < 3; ++a) {
-        h[a] = 8 * (mf[a][0] * b.x() + mf[a][1] * b.y() + mf[a][2] * b.z() + step[a][c]) + mf[a][3];
-      }
-      if (h[2] < static_cast<float>(kNear)) {
-        ++behind;
-        continue;
-      }
-      const float u = h[0] / h[2], v = h[1] / h[2];
-      x0 = std::min(x0, u);
-      x1 = std::max(x1, u);
-      y0 = std::min(y0, v);
-      y1 = std::max(y1, v);
-    }
-    if (behind == 8) return false;
-    if (behind > 0) return true;
-    if (!(x1 > 0) || !(y1 > 0) || !(x0 < width) || !(y0 < height)) return false;
-    return !covered(std::max(0, static_cast<int>(x0)), std::max(0, static_cast<int>(y0)),
-                    x1 < width ? std::min(width - 1, static_cast<int>(x1) + 1) : width - 1,
-                    y1 < height ? std::min(height - 1, static_cast<int>(y1) + 1) : height - 1);
-  }
 };
 
-// The same bits on every processor: x86-64-v2 brings popcount, no fused multiply-add.
-PERIPLUS_KERNEL void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, VisibilityWorkspace& workspace,
-                                               VisibilityResult& result) const {
+bool has_simd(Simd simd) {
+#if defined(__x86_64__)
+  static const bool avx2 = __builtin_cpu_supports("avx2");
+  static const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
+                             __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vpopcntdq");
+#else
+  constexpr bool avx2 = false, avx512 = false;
+#endif
+  return simd == Simd::avx512 ? avx512 : simd == Simd::avx2 ? avx2 : true;
+}
+
+const char* to_string(Simd simd) {
+  switch (simd) {
+    case Simd::portable: return "portable";
+    case Simd::avx2: return "avx2";
+    case Simd::avx512: return "avx512";
+    default: return "best";
+  }
+}
+
+namespace {
+VisibilityKernel kernel_of(Simd simd) {
+  if (simd == Simd::best) simd = has_simd(Simd::avx512) ? Simd::avx512 : has_simd(Simd::avx2) ? Simd::avx2 : Simd::portable;
+  require(has_simd(simd), ErrorCode::bad_input, std::string("this processor has no ") + to_string(simd) + "; use Simd::best");
+  return simd == Simd::avx512 ? visibility_kernel_avx512 : simd == Simd::avx2 ? visibility_kernel_avx2 : visibility_kernel_portable;
+}
+}  // namespace
+
+void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, VisibilityWorkspace& workspace, VisibilityResult& result) const {
   require(is_finite(X_WC), ErrorCode::not_finite, "the camera pose has a number that is not finite; give a rigid pose");
   camera.check();
-  result.unknown.clear();
-  result.watched.clear();
-  result.unknown_pixels = result.known_pixels = result.environment_pixels = result.occluder_pixels = 0;
+  const VisibilityKernel kernel = kernel_of(workspace.simd);
+  result.occluder_pixels = 0;
 
   Raster raster;
   raster.width = camera.width;
   raster.height = camera.height;
-  raster.stride = (camera.width + 63) / 64;
-  workspace.coverage.assign(static_cast<std::size_t>(raster.stride) * raster.height, 0);
+  raster.rows = (camera.height + 31) / 16 * 16;
+  workspace.coverage.assign(static_cast<std::size_t>((camera.width + 31) / 32) * static_cast<std::size_t>(raster.rows), 0);
   raster.coverage = workspace.coverage.data();
   const Pose X_CG = X_WC.inverse() * geometry_.X_WG;
   Eigen::Matrix3d K;
   K << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
   raster.m.leftCols<3>() = K * X_CG.linear() * geometry_.voxel_size;
   raster.m.col(3) = K * X_CG.translation();
-  for (int a = 0; a < 3; ++a) {
-    for (int j = 0; j < 4; ++j) raster.mf[a][j] = static_cast<float>(raster.m(a, j));
-    for (int c = 0; c < 8; ++c) raster.step[a][c] = static_cast<float>(raster.m.row(a).head<3>().dot(corner(c)));
-  }
   const Eigen::Vector3d eye = geometry_.X_WG.inverse() * X_WC.translation() / geometry_.voxel_size;
 
   // A ray is outside the box as long as it is beyond a side that faces the camera: those parts of the solids come first.
@@ -432,74 +354,58 @@ PERIPLUS_KERNEL void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& 
     for (const Points& part : beyond_[d]) result.occluder_pixels += raster.fill_convex(part);
   }
 
-  // Outward orders along each axis: of the bricks, and of the eight cells of each brick. side: where the camera is
-  // relative to a cell (0 below, 1 within, 2 above).
-  std::array<std::vector<int>, 3> brick_order, cell_order, side;
+  VisibilityKernelInput in{};
+  in.bricks = list_.data();
+  in.index = index_.data();
+  in.occupied_row = row_.data();
   for (int a = 0; a < 3; ++a) {
+    std::vector<std::int32_t>& bricks = workspace.brick_order[a];
+    std::vector<std::int8_t>&cells = workspace.cell_order[a], &side = workspace.side[a];
+    bricks.clear();
+    cells.clear();
+    side.clear();
     const int count = bricks_[a];
     const int own = static_cast<int>(std::floor(std::clamp(eye[a] / 8, -1.0, double(count))));
-    for (int i = std::max(own, 0); i < count; ++i) brick_order[a].push_back(i);
-    for (int i = std::min(own, count) - 1; i >= 0; --i) brick_order[a].push_back(i);
+    for (int i = std::max(own, 0); i < count; ++i) bricks.push_back(i);
+    for (int i = std::min(own, count) - 1; i >= 0; --i) bricks.push_back(i);
     for (int i = 0; i < count; ++i) {
       const int cell = static_cast<int>(std::floor(std::clamp(eye[a] - i * 8.0, -1.0, 8.0)));
-      for (int t = std::max(cell, 0); t < 8; ++t) cell_order[a].push_back(t);
-      for (int t = std::min(cell, 8) - 1; t >= 0; --t) cell_order[a].push_back(t);
+      for (int t = std::max(cell, 0); t < 8; ++t) cells.push_back(static_cast<std::int8_t>(t));
+      for (int t = std::min(cell, 8) - 1; t >= 0; --t) cells.push_back(static_cast<std::int8_t>(t));
       for (int t = 0; t < 8; ++t) {
         const double low = i * 8.0 + t;
-        side[a].push_back(eye[a] <= low ? 0 : eye[a] >= low + 1 ? 2 : 1);
+        side.push_back(eye[a] <= low ? 0 : eye[a] >= low + 1 ? 2 : 1);
       }
     }
+    in.count[a] = count;
+    in.size[a] = geometry_.size[a];
+    in.brick_order[a] = bricks.data();
+    in.cell_order[a] = cells.data();
+    in.side[a] = side.data();
+    for (int j = 0; j < 4; ++j) in.m[a][j] = static_cast<float>(raster.m(a, j));
+    for (int c = 0; c < 8; ++c) in.step[a][c] = static_cast<float>(raster.m.row(a).head<3>().dot(corner(c)));
   }
+  in.near = static_cast<float>(kNear);
+  in.width = raster.width;
+  in.height = raster.height;
+  in.rows = raster.rows;
+  in.coverage = raster.coverage;
+  in.corners = silhouettes().corners;
+  in.corner_count = silhouettes().count;
+  in.context = &raster;
+  in.fill_near = [](void* context, int x, int y, int z) { return static_cast<Raster*>(context)->fill_near_voxel(x, y, z); };
 
-  const auto& table = silhouettes();
-  for (int bx : brick_order[0]) {
-    for (int by : brick_order[1]) {
-      const std::uint64_t row = row_[static_cast<std::size_t>(bx) * bricks_.y() + by];
-      if (row == 0) continue;
-      for (int bz : brick_order[2]) {
-        if ((row >> bz & 1) == 0) continue;
-        const Brick& b = list_[index_[(static_cast<std::size_t>(bx) * bricks_.y() + by) * bricks_.z() + bz]];
-        // Cells whose faces along y and z can face the camera.
-        std::uint64_t facing[6] = {0, 0, 0, 0, 0, 0};
-        for (int t = 0; t < 8; ++t) {
-          if (side[1][by * 8 + t] == 0) facing[2] |= 0xffull << (8 * t);
-          if (side[1][by * 8 + t] == 2) facing[3] |= 0xffull << (8 * t);
-          if (side[2][bz * 8 + t] == 0) facing[4] |= kZLow << t;
-          if (side[2][bz * 8 + t] == 2) facing[5] |= kZLow << t;
-        }
-        if (!raster.brick_visible(b.at)) continue;
-        for (int i = 0; i < 8; ++i) {
-          const int x = cell_order[0][bx * 8 + i], side_x = side[0][bx * 8 + x];
-          std::uint64_t seen = side_x == 0 ? b.free_face[0][x] : side_x == 2 ? b.free_face[1][x] : 0;
-          for (int d = 2; d < 6; ++d) seen |= b.free_face[d][x] & facing[d];
-          if (seen == 0) continue;
-          for (int j = 0; j < 8; ++j) {
-            const int y = cell_order[1][by * 8 + j];
-            const unsigned line = seen >> (8 * y) & 255;
-            if (line == 0) continue;
-            for (int k = 0; k < 8; ++k) {
-              const int z = cell_order[2][bz * 8 + k];
-              if ((line >> z & 1) == 0) continue;
-              const int code = side_x * 9 + side[1][by * 8 + y] * 3 + side[2][bz * 8 + z];
-              const std::uint32_t pixels = raster.fill_voxel(bx * 8 + x, by * 8 + y, bz * 8 + z, table[code]);
-              if (pixels == 0) continue;
-              const std::uint64_t bit = 1ull << (y * 8 + z);
-              const std::uint32_t at = index(Eigen::Vector3i(bx * 8 + x, by * 8 + y, bz * 8 + z));
-              if (b.unknown[x] & bit) {
-                result.unknown_pixels += pixels;
-                result.unknown.push_back({at, pixels});
-              } else if (b.environment[x] & bit) {
-                result.environment_pixels += pixels;
-              } else {
-                result.known_pixels += pixels;
-              }
-              if (b.watched[x] & bit) result.watched.push_back({at, pixels});
-            }
-          }
-        }
-      }
-    }
-  }
+  if (workspace.unknown.size() < surface_) workspace.unknown.resize(surface_);
+  if (workspace.watched.size() < watched_) workspace.watched.resize(watched_);
+  VisibilityKernelOutput out{};
+  out.unknown = workspace.unknown.data();
+  out.watched = workspace.watched.data();
+  kernel(in, out);
+  result.unknown.assign(out.unknown, out.unknown + out.unknown_count);
+  result.watched.assign(out.watched, out.watched + out.watched_count);
+  result.unknown_pixels = out.unknown_pixels;
+  result.known_pixels = out.known_pixels;
+  result.environment_pixels = out.environment_pixels;
 }
 
 VisibilityResult VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera) const {
@@ -533,7 +439,7 @@ PairGain VisibilityScene::evaluate_pair(const Pose& X_WC, const StereoRig& rig, 
 
 std::size_t VisibilityScene::unknown_face_count() const {
   std::size_t count = 0;
-  for (const Brick& b : list_) {
+  for (const VisibilityBrick& b : list_) {
     for (int d = 0; d < 6; ++d) {
       for (int x = 0; x < 8; ++x) count += std::popcount(b.free_face[d][x] & b.unknown[x]);
     }
@@ -544,13 +450,13 @@ std::size_t VisibilityScene::unknown_face_count() const {
 std::vector<VisibilityScene::Face> VisibilityScene::unknown_faces(std::size_t stride) const {
   std::vector<Face> faces;
   std::size_t seen = 0;
-  for (const Brick& b : list_) {
+  for (const VisibilityBrick& b : list_) {
     for (int d = 0; d < 6; ++d) {
       for (int x = 0; x < 8; ++x) {
         for (std::uint64_t word = b.free_face[d][x] & b.unknown[x]; word != 0; word &= word - 1) {
           if (seen++ % std::max<std::size_t>(stride, 1) != 0) continue;
           const int bit = std::countr_zero(word);
-          faces.push_back({index(b.at * 8 + Eigen::Vector3i(x, bit >> 3, bit & 7)), d});
+          faces.push_back({index(Eigen::Vector3i(b.at[0] * 8 + x, b.at[1] * 8 + (bit >> 3), b.at[2] * 8 + (bit & 7))), d});
         }
       }
     }
@@ -560,13 +466,13 @@ std::vector<VisibilityScene::Face> VisibilityScene::unknown_faces(std::size_t st
 
 std::vector<std::uint32_t> VisibilityScene::surface() const {
   std::vector<std::uint32_t> voxels;
-  for (const Brick& b : list_) {
+  for (const VisibilityBrick& b : list_) {
     for (int x = 0; x < 8; ++x) {
       std::uint64_t word = 0;
       for (int d = 0; d < 6; ++d) word |= b.free_face[d][x];
       for (; word != 0; word &= word - 1) {
         const int bit = std::countr_zero(word);
-        voxels.push_back(index(b.at * 8 + Eigen::Vector3i(x, bit >> 3, bit & 7)));
+        voxels.push_back(index(Eigen::Vector3i(b.at[0] * 8 + x, b.at[1] * 8 + (bit >> 3), b.at[2] * 8 + (bit & 7))));
       }
     }
   }

@@ -4,7 +4,8 @@
 // visited in an order in which no later one hides an earlier one, so one bit a pixel is enough. Each voxel's convex
 // silhouette becomes spans of a row; its visible pixels are those bits that were still clear. No depth, no ids.
 // A pixel belongs to what the ray through its centre (integer coordinates) meets first. Every occupied voxel
-// occludes: unknown, known and environment. Solids outside the grid occlude exactly, before the grid.
+// occludes: unknown, known and environment. Solids outside the grid occlude exactly, before the grid. The grid has at most 512
+// voxels along z.
 //
 // World frame W, grid frame G (occupancy_grid.h), optical camera frame C. Lengths in metres.
 #pragma once
@@ -17,6 +18,7 @@
 #include "common/geometry/camera.h"
 #include "common/geometry/pose.h"
 #include "common/voxel/occupancy_grid.h"
+#include "common/voxel/visibility_kernel.h"
 
 namespace periplus::voxel {
 
@@ -30,11 +32,6 @@ struct Occluder {
   static Occluder cylinder(const Pose& X_WS, double diameter, double height);
   // Sphere: a polyhedron of 16 x 32 faces that deviates by less than 0.5 % of the radius.
   static Occluder sphere(const Eigen::Vector3d& p_WS, double diameter);
-};
-
-struct VoxelPixels {
-  std::uint32_t voxel = 0;   // linear index, see VisibilityScene::voxel
-  std::uint32_t pixels = 0;  // visible ones, > 0
 };
 
 struct VisibilityResult {
@@ -55,9 +52,18 @@ struct PairOptions {
   int more_than_pixels = 5;                 // thesis 3.1.2: "above a defined threshold, typically 5"
 };
 
+// Instructions to compute with; all give the same bits. `best` is the widest that the processor has.
+enum class Simd { best, portable, avx2, avx512 };
+bool has_simd(Simd simd);
+const char* to_string(Simd simd);
+
 // One per thread; reused from call to call so that nothing is allocated in a search.
 struct VisibilityWorkspace {
-  std::vector<std::uint64_t> coverage;
+  Simd simd = Simd::best;
+  std::vector<std::uint32_t> coverage;
+  std::array<std::vector<std::int32_t>, 3> brick_order;
+  std::array<std::vector<std::int8_t>, 3> cell_order, side;
+  std::vector<VoxelPixels> unknown, watched;  // room for all that can be visible
   std::vector<std::uint32_t> left_pixels;
   VisibilityResult left, right;
 };
@@ -100,18 +106,15 @@ class VisibilityScene {
   std::vector<std::uint32_t> surface() const;
 
  private:
-  struct Brick {
-    Eigen::Vector3i at{0, 0, 0};
-    std::array<std::array<std::uint64_t, 8>, 6> free_face{};  // by direction, as in Face
-    std::array<std::uint64_t, 8> unknown{}, environment{}, watched{};
-  };
   struct Raster;
 
   GridGeometry geometry_;
   Eigen::Vector3i bricks_{0, 0, 0};
-  std::vector<Brick> list_;
+  std::vector<VisibilityBrick> list_;
   std::vector<std::int32_t> index_;        // brick -> list_, -1: nothing to see
   std::vector<std::uint64_t> row_;         // [bx * nby + by], bit bz: list_ has it
+  std::size_t surface_ = 0;                // voxels with a free face
+  std::size_t watched_ = 0;
   // Parts of the solids beyond each side of the grid's box, in the grid frame [voxels]; by direction as in Face.
   std::array<std::vector<std::vector<Eigen::Vector3d>>, 6> beyond_;
 };

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -292,6 +293,37 @@ TEST(Visibility, PairCountsWhatBothEyesSeeWithinTheRange) {
   EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {.depth_max = 0.9}, workspace).pixels, 0u);
   EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {.more_than_pixels = 150}, workspace).voxels, 0);
   EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {}, workspace).voxels, gain.voxels);  // the workspace keeps nothing
+}
+
+// Near, far, inside, through solids, voxels larger than sixteen rows, images whose sides are no multiple of a word.
+TEST(Visibility, EveryInstructionSetGivesTheSameBits) {
+  Random random(7);
+  for (int i = 0; i < 40; ++i) {
+    const OccupancyGrid grid = random_grid(random, Eigen::Vector3i(9 + random.below(30), 7 + random.below(30), 8 + random.below(30)), i % 2 == 0 ? 0.9 : 0.1);
+    std::vector<Eigen::Vector3i> watched;
+    for (int k = 0; k < 50; ++k) watched.emplace_back(static_cast<int>(random.below(9)), static_cast<int>(random.below(7)), static_cast<int>(random.below(8)));
+    const VisibilityScene scene(grid, {Occluder::sphere(center(grid.geometry()) + Eigen::Vector3d(0, 0, 0.3), 0.2)}, watched);
+    const Pinhole camera = Pinhole::from_vertical_fov(201 + random.below(60), 150 + random.below(60), random.uniform(0.2, 1.5));
+    const Pose X_WC = random_view(random, grid.geometry(), i % 4 == 0 ? 0.0 : 0.3, 1.5);
+    VisibilityWorkspace workspace;
+    workspace.simd = Simd::portable;
+    VisibilityResult expected, r;
+    scene.evaluate(X_WC, camera, workspace, expected);
+    for (const Simd simd : {Simd::avx2, Simd::avx512, Simd::best}) {
+      if (!has_simd(simd)) continue;
+      workspace.simd = simd;
+      scene.evaluate(X_WC, camera, workspace, r);
+      const auto same = [](const std::vector<VoxelPixels>& a, const std::vector<VoxelPixels>& b) {
+        return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) { return x.voxel == y.voxel && x.pixels == y.pixels; });
+      };
+      EXPECT_TRUE(same(r.unknown, expected.unknown)) << to_string(simd);
+      EXPECT_TRUE(same(r.watched, expected.watched)) << to_string(simd);
+      EXPECT_EQ(r.unknown_pixels, expected.unknown_pixels);
+      EXPECT_EQ(r.known_pixels, expected.known_pixels);
+      EXPECT_EQ(r.environment_pixels, expected.environment_pixels);
+      EXPECT_EQ(r.occluder_pixels, expected.occluder_pixels);
+    }
+  }
 }
 
 TEST(Visibility, FacesAndSurfaceOfASolidBlock) {
