@@ -336,7 +336,7 @@ TEST_F(FailurePath, TasksFromTheBusAreCheckedLikeFiles) {
   EXPECT_EQ(result.error_code, static_cast<int>(ErrorCode::bad_input)) << result.error_message;
   // But the files that it names stand on the client's computer: here they need not exist.
   std::string elsewhere = run.task();
-  for (const std::string name : {"hrp2like.yaml", "bunny.yaml"}) elsewhere.replace(elsewhere.find(name), name.size(), "not-here-" + name);
+  for (const std::string file : {"hrp2like.yaml", "bunny.yaml"}) elsewhere.replace(elsewhere.find(file), file.size(), "not-here-" + file);
   run.services.promise(1);
   ASSERT_TRUE(run.start("from-afar", elsewhere).ok());
   EXPECT_EQ(run.wait("from-afar").status, 0);
