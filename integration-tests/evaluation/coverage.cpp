@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 #include <thread>
 #include <unordered_map>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/core/random.h"
 
 namespace periplus::evaluation {
@@ -18,18 +18,6 @@ namespace periplus::evaluation {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-
-std::string read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  require(file.good(), ErrorCode::io, "cannot read " + path);
-  std::ostringstream s;
-  s << file.rdbuf();
-  return s.str();
-}
-
-}  // namespace
-
-namespace {
 
 // Data of a .npy file of version 1.0 after its header; `type` as NumPy writes it.
 std::string npy_data(const std::string& path, const std::string& type, std::size_t bytes) {
@@ -235,6 +223,29 @@ double share(const std::vector<bool>& covered, const std::vector<bool>& of) {
     both += of[i] && covered[i];
   }
   return all == 0 ? 0 : static_cast<double>(both) / static_cast<double>(all);
+}
+
+RunCoverage cover_looks(const std::string& run_folder, nlohmann::json& looks, const SurfaceSamples& samples, const std::vector<bool>& reachable,
+                        const std::vector<bool>& visible) {
+  RunCoverage run;
+  DepthCount depth_count;
+  const std::vector<bool> all(samples.points.size(), true);
+  for (nlohmann::json& look : looks) {
+    char name[24];
+    std::snprintf(name, sizeof name, "/looks/%02d", look.at("look").get<int>());
+    try {
+      const LookGrid grid = read_grid(run_folder + name);
+      depth_count.add(run_folder + name, grid);
+      const std::vector<bool> covered = covered_samples(samples, depth_count.known(grid));
+      look["coverage"] = run.reachable = share(covered, reachable);
+      look["coverage_visible"] = run.visible = share(covered, visible);
+      run.all = share(covered, all);
+    } catch (const Error& error) {
+      look["coverage_error"] = error.what();
+      run.skipped.push_back(error.what());
+    }
+  }
+  return run;
 }
 
 ErrorStatistics statistics(std::vector<double> d) {

@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -77,6 +78,15 @@ std::vector<bool> covered_samples(const SurfaceSamples& samples, const KnownVoxe
 
 // |covered and of| / |of|; 0 if `of` is empty.
 double share(const std::vector<bool>& covered, const std::vector<bool>& of);
+
+struct RunCoverage {
+  double reachable = 0, visible = 0, all = 0;   // shares after the last look that could be read
+  std::vector<std::string> skipped;             // a sentence for each look that could not
+};
+// Writes `coverage` and `coverage_visible` after each look into `looks` of a report.json (its files stand in
+// run_folder/looks/NN). A look whose files are missing or damaged gets `coverage_error` instead and is left out.
+RunCoverage cover_looks(const std::string& run_folder, nlohmann::json& looks, const SurfaceSamples& samples, const std::vector<bool>& reachable,
+                        const std::vector<bool>& visible);
 
 struct ErrorStatistics {
   double mean = 0, p95 = 0, max = 0;   // [m]

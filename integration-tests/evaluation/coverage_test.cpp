@@ -5,10 +5,12 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "common/core/error.h"
 #include "common/core/random.h"
+#include "integration-tests/evaluation/obstacles.h"
 
 namespace periplus::evaluation {
 namespace {
@@ -27,7 +29,7 @@ SurfaceSamples sphere(int n) {
   return s;
 }
 
-// The sphere itself, and whatever lies below z = 0.9 (a table).
+// The sphere itself.
 bool sphere_blocks(const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
   const Eigen::Vector3d d = q - p, m = p - center;
   const double a = d.squaredNorm(), b = m.dot(d), c = m.squaredNorm() - radius * radius, disc = b * b - a * c;
@@ -40,6 +42,38 @@ TEST(Coverage, EveryPointOfAFreeSphereIsVisibleAndNoneUnderALid) {
   const SurfaceSamples s = sphere(500);
   for (const bool v : visible_samples(s, 200, 75, 1, sphere_blocks)) EXPECT_TRUE(v);
   for (const bool v : visible_samples(s, 50, 75, 1, [](const auto&, const auto&) { return true; })) EXPECT_FALSE(v);
+}
+
+// A table right under the sphere, and a cupboard that hides it from one side.
+TEST(Coverage, WhatSolidsHideIsNeitherVisibleNorReachable) {
+  scene::Scene scene;
+  scene::Solid table, cupboard;
+  table.size = {1, 1, 0.9};
+  table.X_WS.translation() = Eigen::Vector3d(0, 0, 0.45);
+  cupboard.size = {0.1, 6, 2.8};
+  cupboard.X_WS.translation() = Eigen::Vector3d(0.251, 0, 1.4);  // a millimetre before the sphere, from wall to wall
+  scene.solids = {table, cupboard};
+  const Obstacles obstacles(scene);
+  const SurfaceSamples s = sphere(1000);
+  const Blocked blocked = [&](const auto& p, const auto& q) { return sphere_blocks(p, q) || obstacles.block(p, q); };
+  const std::vector<bool> visible = visible_samples(s, 200, 75, 1, blocked);
+  ReachOptions o;
+  o.poses = 1000;
+  const StereoRig rig{Pinhole::from_vertical_fov(640, 480, 25 * std::numbers::pi / 180), 0.144};
+  const Stands stands = [&](const Pose& X_WC) { return !obstacles.touch_ball(X_WC.translation(), 0.15); };
+  const std::vector<bool> reached = reachable_samples(s, rig, reachable_poses(s, o, stands), o, blocked);
+  int behind = 0, behind_seen = 0, below = 0, below_seen = 0, before = 0, before_visible = 0, before_reached = 0;
+  for (std::size_t i = 0; i < s.points.size(); ++i) {
+    const Eigen::Vector3d& n = s.normals[i];
+    if (n.x() > 0.98) ++behind, behind_seen += visible[i] || reached[i];
+    if (n.z() < -0.98) ++below, below_seen += visible[i];
+    if (n.x() < -0.9) ++before, before_visible += visible[i], before_reached += reached[i];
+  }
+  EXPECT_GT(std::min(behind, below), 3);
+  EXPECT_EQ(behind_seen, 0);
+  EXPECT_EQ(below_seen, 0);
+  EXPECT_EQ(before_visible, before);
+  EXPECT_GT(before_reached, 0.95 * before);
 }
 
 TEST(Coverage, ReachableIsWhatTheIncidenceAllowsFromTheHeightOfTheEyes) {
@@ -121,6 +155,33 @@ TEST(Coverage, KnownNeedsThreeDepthPixelsInTheVoxelItself) {
   EXPECT_TRUE(count.known(grid).centers[0].isApprox(Eigen::Vector3d(0, 0, 0.5), 1e-12));
   write_depth({0.5f, 0.5f});
   EXPECT_THROW(count.add(folder, grid), Error);
+}
+
+TEST(Coverage, LookThatCannotBeReadIsLeftOutAndNamed) {
+  const std::string folder = testing::TempDir() + "/evaluation_looks";
+  std::filesystem::remove_all(folder);
+  for (const char* look : {"/looks/00", "/looks/01", "/looks/02"}) {
+    std::filesystem::create_directories(folder + look);
+    std::ofstream(folder + look + "/grid.json") << R"({"voxel_m": 1, "size": [1, 1, 1], "pose_world_grid": [[1,0,0,-0.5],[0,1,0,-0.5],[0,0,1,0],[0,0,0,1]]})";
+    std::ofstream(folder + look + "/grid.npy", std::ios::binary) << npy("|u1", "\2");
+    std::ofstream(folder + look + "/look.json") << R"({"rig": {"width": 2, "height": 1, "fx": 10, "fy": 10, "cx": 0.5, "cy": 0.5},
+        "pose_world_camera": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]})";
+    const float z[2] = {0.5f, 0.5f};
+    std::ofstream(folder + look + "/depth.npy", std::ios::binary) << npy("<f4", std::string(reinterpret_cast<const char*>(z), sizeof z));
+  }
+  std::filesystem::remove(folder + "/looks/01/depth.npy");
+  SurfaceSamples s;
+  s.points = {{0, 0, 0.5}, {5, 0, 0}};
+  s.normals.assign(2, Eigen::Vector3d::UnitZ());
+  nlohmann::json looks = nlohmann::json::parse(R"([{"look": 0}, {"look": 1}, {"look": 2}])");
+  const RunCoverage run = cover_looks(folder, looks, s, {true, false}, {true, true});
+  EXPECT_EQ(run.reachable, 1);  // four pixels of two looks
+  EXPECT_EQ(run.visible, 0.5);
+  ASSERT_EQ(run.skipped.size(), 1u);
+  EXPECT_NE(run.skipped[0].find("/looks/01/depth.npy"), std::string::npos) << run.skipped[0];
+  EXPECT_EQ(looks[0]["coverage"], 0.0);
+  EXPECT_TRUE(looks[1].contains("coverage_error") && !looks[1].contains("coverage"));
+  EXPECT_EQ(looks[2]["coverage"], 1.0);
 }
 
 TEST(Coverage, DamagedGridFilesAreRefused) {

@@ -4,14 +4,15 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/mesh/triangle_tree.h"
 #include "common/robot/robot_model.h"
 #include "common/scene/scene.h"
 #include "integration-tests/evaluation/coverage.h"
+#include "integration-tests/evaluation/obstacles.h"
 
 namespace {
 
@@ -21,12 +22,9 @@ using nlohmann::json;
 
 constexpr std::size_t sample_count = 20000;
 constexpr int visible_directions = 300;
+constexpr double head_radius = 0.15;  // [m] about the middle between the eyes
 
-json read_json(const std::string& path) {
-  std::ifstream file(path);
-  require(file.good(), ErrorCode::io, "cannot read " + path);
-  return json::parse(file);
-}
+json read_json(const std::string& path) { return json::parse(read_file(path)); }
 
 json to_json(const ErrorStatistics& e) { return {{"mean", e.mean}, {"p95", e.p95}, {"max", e.max}}; }
 
@@ -36,7 +34,7 @@ void evaluate(const std::string& folder) {
   const mesh::TriangleMesh object = mesh::load(folder + "/truth.ply");
   const mesh::TriangleTree tree(object);
   const scene::Scene scene = scene::load_scene(folder + "/scene.yaml");
-  const scene::CollisionWorld world(scene);
+  const Obstacles obstacles(scene);
   const auto robot = robot::RobotModel::load_files(folder + "/robot.urdf", folder + "/robot.yaml");
 
   SurfaceSamples samples;
@@ -45,7 +43,7 @@ void evaluate(const std::string& folder) {
     samples.normals.push_back(s.normal);
   }
   const Blocked blocked = [&](const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
-    return tree.ray(p, q - p, 1.0).has_value() || world.first_hit(p, q).has_value();
+    return tree.ray(p, q - p, 1.0).has_value() || obstacles.block(p, q);
   };
 
   // Where the half-sitting robot's base stands when its left eye is somewhere: the head may turn and bend, the base stays
@@ -62,9 +60,8 @@ void evaluate(const std::string& folder) {
                                X_WC.translation().y() - std::sin(yaw) * eye_in_base.x() - std::cos(yaw) * eye_in_base.y(), yaw});
     Pose X_WB = X_WF;
     X_WB.translation() += X_WF.linear() * (body.lower + body.upper) / 2;
-    if (world.box_collides(X_WB, body_size)) return false;
-    const Eigen::Vector3d between_eyes = X_WC * Eigen::Vector3d(robot->stereo_rig().baseline / 2, 0, 0);
-    return world.capsule_distance(between_eyes, between_eyes + Eigen::Vector3d(0, 0, 1e-3), 0.15, 1.0).distance > 0;
+    if (obstacles.touch_box(X_WB, body_size)) return false;
+    return !obstacles.touch_ball(X_WC * Eigen::Vector3d(robot->stereo_rig().baseline / 2, 0, 0), head_radius);
   };
 
   const ReachOptions options;
@@ -73,24 +70,14 @@ void evaluate(const std::string& folder) {
   const std::vector<bool> visible = visible_samples(samples, visible_directions, options.incidence_max, 1, blocked);
   const std::vector<bool> all(samples.points.size(), true);
 
-  DepthCount depth_count;
-  double last_reachable = 0, last_visible = 0, last_all = 0;
-  for (json& look : report.at("looks")) {
-    char name[24];
-    std::snprintf(name, sizeof name, "/looks/%02d", look.at("look").get<int>());
-    const LookGrid grid = read_grid(folder + name);
-    depth_count.add(folder + name, grid);
-    const std::vector<bool> covered = covered_samples(samples, depth_count.known(grid));
-    look["coverage"] = last_reachable = share(covered, reachable);
-    look["coverage_visible"] = last_visible = share(covered, visible);
-    last_all = share(covered, all);
-  }
-  report["coverage_reachable"] = last_reachable;
-  report["coverage_visible"] = last_visible;
-  report["coverage_all"] = last_all;
+  const RunCoverage run = cover_looks(folder, report.at("looks"), samples, reachable, visible);
+  for (const std::string& sentence : run.skipped) std::fprintf(stderr, "periplus-evaluate: a look is left out: %s\n", sentence.c_str());
+  report["coverage_reachable"] = run.reachable;
+  report["coverage_visible"] = run.visible;
+  report["coverage_all"] = run.all;
   report["reachable_share"] = share(reachable, all);
   report["visible_share"] = share(visible, all);
-  report["evaluation"] = {{"samples", samples.points.size()}, {"poses", poses.size()}};
+  report["evaluation"] = {{"samples", samples.points.size()}, {"poses", poses.size()}, {"skipped_looks", run.skipped}};
 
   if (std::filesystem::exists(folder + "/model.ply")) {
     const mesh::TriangleMesh model = mesh::load(folder + "/model.ply");
@@ -107,7 +94,7 @@ void evaluate(const std::string& folder) {
   file.close();
   require(file.good(), ErrorCode::io, "cannot write " + folder + "/report.json");
 
-  std::printf("coverage of the reachable surface %.1f %%, of the visible %.1f %%", 100 * last_reachable, 100 * last_visible);
+  std::printf("coverage of the reachable surface %.1f %%, of the visible %.1f %%", 100 * run.reachable, 100 * run.visible);
   if (report.contains("surface_error"))
     std::printf("; surface error mean %.1f mm, p95 %.1f mm", 1000 * report["surface_error"]["model_to_truth"]["mean"].get<double>(),
                 1000 * report["surface_error"]["model_to_truth"]["p95"].get<double>());
