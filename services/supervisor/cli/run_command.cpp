@@ -156,7 +156,8 @@ int run_task(const RunOptions& options) {
   }
   // Evaluated here, after the robot's software has ended: it shares nothing with it.
   if (fs::exists(fs::path(run_folder) / "report.json")) {
-    if (fs::exists(fs::path(run_folder) / "truth.json")) run_beside("periplus-evaluate", run_folder);
+    // A run that was cut short by a loss has no model to judge, and its caller is not to wait for that.
+    if (fs::exists(fs::path(run_folder) / "truth.json") && fs::exists(fs::path(run_folder) / "model.ply")) run_beside("periplus-evaluate", run_folder);
     run_beside("periplus-report", run_folder);
   }
   std::cout << "exit status " << status << " (" << meaning_of(status) << "); everything stands in " << run_folder << std::endl;
