@@ -25,7 +25,7 @@ msg::ObjectGrid sample_grid() {
 }
 
 template <class Change>
-ErrorCode refusal(Change&& change) {
+ErrorCode grid_refusal(Change&& change) {
   msg::ObjectGrid m = sample_grid();
   change(m);
   try {
@@ -55,18 +55,18 @@ TEST(ObjectWire, GridsComeBack) {
 
 TEST(ObjectWire, HostileGridsAreRefused) {
   using M = msg::ObjectGrid;
-  EXPECT_EQ(refusal([](M&) {}), ErrorCode::ok);
-  EXPECT_EQ(refusal([](M& m) { m.nx(4000000000u); }), ErrorCode::bad_size);
-  EXPECT_EQ(refusal([](M& m) { m.nx(0); }), ErrorCode::bad_input);
-  EXPECT_EQ(refusal([](M& m) { m.ny(512); }), ErrorCode::bad_size);
-  EXPECT_EQ(refusal([](M& m) { m.known().pop_back(); }), ErrorCode::bad_size);
-  EXPECT_EQ(refusal([](M& m) { m.occupied().clear(); }), ErrorCode::bad_size);
-  EXPECT_EQ(refusal([](M& m) { m.voxel_m(std::numeric_limits<double>::quiet_NaN()); }), ErrorCode::bad_input);
-  EXPECT_EQ(refusal([](M& m) { m.voxel_m(-0.01); }), ErrorCode::bad_input);
-  EXPECT_EQ(refusal([](M& m) { m.object_id("../etc"); }), ErrorCode::bad_input);
-  EXPECT_EQ(refusal([](M& m) { m.pose_world_grid().qx(3); }), ErrorCode::bad_input);
-  EXPECT_EQ(refusal([](M& m) { m.landmarks()[0].size_m(std::numeric_limits<float>::infinity()); }), ErrorCode::not_finite);
-  EXPECT_EQ(refusal([](M& m) { m.landmarks()[0].normal().z(std::numeric_limits<double>::quiet_NaN()); }), ErrorCode::not_finite);
+  EXPECT_EQ(grid_refusal([](M&) {}), ErrorCode::ok);
+  EXPECT_EQ(grid_refusal([](M& m) { m.nx(4000000000u); }), ErrorCode::bad_size);
+  EXPECT_EQ(grid_refusal([](M& m) { m.nx(0); }), ErrorCode::bad_input);
+  EXPECT_EQ(grid_refusal([](M& m) { m.ny(512); }), ErrorCode::bad_size);
+  EXPECT_EQ(grid_refusal([](M& m) { m.known().pop_back(); }), ErrorCode::bad_size);
+  EXPECT_EQ(grid_refusal([](M& m) { m.occupied().clear(); }), ErrorCode::bad_size);
+  EXPECT_EQ(grid_refusal([](M& m) { m.voxel_m(std::numeric_limits<double>::quiet_NaN()); }), ErrorCode::bad_input);
+  EXPECT_EQ(grid_refusal([](M& m) { m.voxel_m(-0.01); }), ErrorCode::bad_input);
+  EXPECT_EQ(grid_refusal([](M& m) { m.object_id("../etc"); }), ErrorCode::bad_input);
+  EXPECT_EQ(grid_refusal([](M& m) { m.pose_world_grid().qx(3); }), ErrorCode::bad_input);
+  EXPECT_EQ(grid_refusal([](M& m) { m.landmarks()[0].size_m(std::numeric_limits<float>::infinity()); }), ErrorCode::not_finite);
+  EXPECT_EQ(grid_refusal([](M& m) { m.landmarks()[0].normal().z(std::numeric_limits<double>::quiet_NaN()); }), ErrorCode::not_finite);
 }
 
 TEST(ObjectWire, BitsBeyondTheGridAndContradictionsAreCleared) {

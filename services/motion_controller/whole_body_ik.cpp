@@ -13,7 +13,7 @@ namespace {
 // Weights of the tasks: what a lower one gives up never moves a higher one by more than the square of their ratio.
 constexpr double kComWeight = 0.1, kWaistWeight = 1e-3;
 constexpr double kDamping = 1e-12;
-constexpr double kLongestStep = 0.3;  // of one Newton iteration [rad], [m]
+constexpr double kLongestIteration = 0.3;  // of one Newton iteration [rad], [m]
 constexpr double kConverged = 1e-9;
 
 }  // namespace
@@ -76,8 +76,8 @@ IkResult WholeBodyIk::solve(Eigen::VectorXd& q, const BodyTarget& target, int it
       J.block<3, 1>(12, c) = kComWeight * of_com.col(column);
       J.block<3, 1>(15, c) = kWaistWeight * of_waist.col(column).tail<3>();
       if (column < 6) {
-        lower(c) = -kLongestStep;
-        upper(c) = kLongestStep;
+        lower(c) = -kLongestIteration;
+        upper(c) = kLongestIteration;
       } else {
         const robot::Joint& joint = model_->joints()[static_cast<std::size_t>(column - 6)];
         lower(c) = std::min(joint.lower - q(column), 0.0);
@@ -120,7 +120,7 @@ IkResult WholeBodyIk::solve(Eigen::VectorXd& q, const BodyTarget& target, int it
       free.erase(free.begin() + worst);
     }
     const double longest = step.cwiseAbs().maxCoeff();
-    if (longest > kLongestStep) step *= kLongestStep / longest;
+    if (longest > kLongestIteration) step *= kLongestIteration / longest;
     for (Eigen::Index c = 0; c < n; ++c) q(columns_[static_cast<std::size_t>(c)]) += step(c);
   }
 }
