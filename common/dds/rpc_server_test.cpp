@@ -6,6 +6,7 @@
 
 #include "common/dds/codec_impl.h"
 #include "common/dds/rpc.h"
+#include "common/dds/testing/eventually.h"
 #include "common/dds/testing/vendor_test.h"
 #include "idl/model.h"
 
@@ -99,6 +100,30 @@ TEST_P(RpcServerTest, ACallOfAnotherInstanceIsNotRun) {
   for (int i = 0; i < 500 && runs == 0; ++i) std::this_thread::sleep_for(10ms);
   std::this_thread::sleep_for(100ms);
   EXPECT_EQ(runs, 1);
+}
+
+// The caller takes it for lost and asks another instance, instead of being told that it cancelled.
+TEST_P(RpcServerTest, ServerThatLeavesDoesNotAnswerWhatItCutShort) {
+  std::atomic<int> answers{0}, running{0};
+  ReaderThread replies(*node_, "rr/a", codec<msg::ExportReply>(), qos_rpc(), [&](const void* sample) {
+    if (static_cast<const msg::ExportReply*>(sample)->header().number() > 0) ++answers;
+  });
+  const auto requests = node_->writer("rq/a", codec<msg::ExportRequest>(), qos_rpc());
+  for (int round = 1; round <= 15; ++round) {
+    auto server = std::make_unique<Server>(*node_, "a", [&](const auto&, auto&, RpcContext& context) {
+      ++running;
+      while (!context.cancelled()) std::this_thread::yield();
+    });
+    ASSERT_TRUE(testing::eventually([&] { return requests->matched_count() == 1 && replies.reader().alive_writers() == 1; }));
+    msg::ExportRequest q;
+    q.header().client().value(replies.reader().guid());
+    q.header().number(round);
+    requests->write(&q);
+    ASSERT_TRUE(testing::eventually([&] { return running == round; }));
+    server.reset();
+    ASSERT_TRUE(testing::eventually([&] { return requests->matched_count() == 0; }));
+  }
+  EXPECT_EQ(answers, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(, RpcServerTest, testing::each_vendor());
