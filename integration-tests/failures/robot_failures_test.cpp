@@ -2,10 +2,19 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <sstream>
+#include <thread>
 
+#include "common/core/clock.h"
+#include "common/dds/codec_impl.h"
+#include "common/dds/node.h"
+#include "idl/sim.h"
 #include "integration-tests/scenarios/run_fixture.h"
 
 namespace periplus::failures {
@@ -41,6 +50,46 @@ class SpoiltSimulator {
   const fs::path folder_;
 };
 
+// The robot's states as the simulator publishes them, one for each command.
+class RobotWatch {
+ public:
+  explicit RobotWatch(int domain) : node_(dds::Node::create(options(domain))), states_(*node_, "periplus/robot/state", dds::qos_stream(64), [this](const msg::RobotState& s) {
+      const std::lock_guard lock(mutex_);
+      last_ = s;
+      last_wall_time_ns_ = wall_time_ns();
+    }) {}
+  msg::RobotState last() const {
+    const std::lock_guard lock(mutex_);
+    return last_;
+  }
+  // When the last one came.
+  std::int64_t last_wall_time_ns() const {
+    const std::lock_guard lock(mutex_);
+    return last_wall_time_ns_;
+  }
+  // True once a foot was seen this high [m].
+  bool wait_for_foot_above(double height) const {
+    for (const auto end = std::chrono::steady_clock::now() + 60s; std::chrono::steady_clock::now() < end; std::this_thread::sleep_for(1ms)) {
+      const msg::RobotState now = last();
+      if (std::max(now.pose_world_left_foot().position().z(), now.pose_world_right_foot().position().z()) > height) return true;
+    }
+    return false;
+  }
+
+ private:
+  static dds::NodeOptions options(int domain) {
+    dds::NodeOptions o;
+    o.name = "robot-watch";
+    o.domain = domain;
+    return o;
+  }
+  mutable std::mutex mutex_;
+  msg::RobotState last_;
+  std::int64_t last_wall_time_ns_ = 0;
+  const std::shared_ptr<dds::Node> node_;
+  const dds::Subscriber<msg::RobotState> states_;
+};
+
 void expect_end(const RunResult& result, int status, const std::string& reason, const std::string& state_before) {
   ASSERT_TRUE(result.status.has_value()) << "it hung: " << result.output;
   EXPECT_EQ(*result.status, status) << result.output;
@@ -71,13 +120,28 @@ TEST(RobotFailures, AFallWhileWalkingEnds) {
 
 TEST(RobotFailures, ControlCInMidWalkHaltsTheRobot) {
   SystemRun run({.changes = {"truth=false"}});   // what was made is not evaluated
+  const RobotWatch robot(run.domain());
   ASSERT_TRUE(run.wait_for_state("walk")) << run.output();
+  ASSERT_TRUE(robot.wait_for_foot_above(0.02)) << run.output();
   run.interrupt();
   const RunResult result = run.finish(90s);
   ASSERT_TRUE(result.status.has_value()) << "it hung: " << result.output;
   EXPECT_EQ(*result.status, 130) << result.output;
   EXPECT_TRUE(result.went("walk", "halt")) << result.output;
   EXPECT_TRUE(result.went("halt", "aborted"));
+  // It stands on both feet, at rest, and was commanded no more once the halt was done: the state that follows each command
+  // is the last one that came.
+  const msg::RobotState stands = robot.last();
+  EXPECT_FALSE(stands.fallen());
+  for (const msg::Pose& sole : {stands.pose_world_left_foot(), stands.pose_world_right_foot()}) {
+    EXPECT_NEAR(sole.position().z(), 0, 1e-4);
+    EXPECT_NEAR(std::hypot(sole.qx(), sole.qy()), 0, 1e-4) << "not flat on the floor";
+  }
+  ASSERT_FALSE(stands.velocities().empty());
+  for (const double speed : stands.velocities()) EXPECT_NEAR(speed, 0, 1e-3);
+  ASSERT_FALSE(result.states.empty());
+  EXPECT_EQ(result.states.back().state, "aborted");
+  EXPECT_LT(robot.last_wall_time_ns(), result.states.back().wall_time_ns);
 }
 
 }  // namespace
