@@ -3,13 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 #include "common/dds/codec_impl.h"
-#include "common/dds/testing/test_domain.h"
+#include "common/service/testing/test_service.h"
 #include "common/wire/common_wire.h"
 #include "common/wire/object_wire.h"
+#include "common/wire/testing/environment_texts.h"
 #include "idl/model.h"
 #include "idl/nbv.h"
 #include "services/nbv_planner/testing/situations.h"
@@ -19,42 +18,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A service that lives as long as its test.
-class TestService : public service::Service {
- public:
-  explicit TestService(int domain) {
-    dds::NodeOptions options;
-    options.name = "nbv_planner_service_test";
-    options.domain = domain;
-    node_ = dds::Node::create(options);
-  }
-  dds::Node& node() override { return *node_; }
-  const config::Node& configuration() const override { return configuration_; }
-  bool check_only() const override { return false; }
-  void waiting_for(const std::string&) override {}
-  void ready() override {}
-  void degraded(const std::string&) override {}
-  bool stopping() const override { return false; }
-  void stop() override {}
-  void wait_until_stopped() override {}
-  bool wait_until_stopped(std::chrono::milliseconds) override { return true; }
-  void add_statistics(std::function<dds::RpcStatistics()>) override {}
-
- private:
-  std::shared_ptr<dds::Node> node_;
-  config::Node configuration_;
-};
-
-std::string text_of(const std::string& path) {
-  std::ifstream in(PERIPLUS_SOURCE_DIR + ("/" + path));
-  std::stringstream out;
-  out << in.rdbuf();
-  return out.str();
-}
-
 msg::Environment room() {
-  return wire::environment_to_wire("room", "name: room\nroom: {size_m: [6, 6, 2.8]}\n", text_of("deploy/robots/hrp2like.yaml"),
-                                   text_of("deploy/robots/hrp2like.urdf"));
+  const wire::testing::Texts texts = wire::testing::environment_texts();
+  return wire::environment_to_wire("room", "name: room\nroom: {size_m: [6, 6, 2.8]}\n", texts.robot_yaml, texts.robot_urdf);
 }
 
 msg::PlanViewRequest request() {
@@ -77,8 +43,7 @@ msg::PlanViewRequest request() {
 }
 
 TEST(NbvPlannerService, AnswersAndRefuses) {
-  const dds::testing::TestDomain domain;
-  TestService service(domain.id());
+  service::testing::TestService service("nbv_planner_service_test");
   Settings settings;
   settings.revision_wait_s = 0.2;
   const NbvPlannerService planner(service, settings);

@@ -10,10 +10,11 @@
 #include <mutex>
 
 #include "common/dds/codec_impl.h"
-#include "common/dds/testing/test_domain.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/scene/scene.h"
+#include "common/service/testing/test_service.h"
 #include "common/wire/object_wire.h"
+#include "common/wire/testing/environment_texts.h"
 #include "idl/ros2.h"
 #include "idl/sim.h"
 
@@ -22,31 +23,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using Image = sensor_msgs::msg::dds_::Image_;
-
-class TestLife : public service::Service {
- public:
-  explicit TestLife(std::shared_ptr<dds::Node> node) : node_(std::move(node)) {}
-  dds::Node& node() override { return *node_; }
-  const config::Node& configuration() const override { return configuration_; }
-  bool check_only() const override { return false; }
-  void waiting_for(const std::string&) override {}
-  void ready() override {}
-  void degraded(const std::string&) override {}
-  bool stopping() const override { return false; }
-  void stop() override {}
-  void wait_until_stopped() override {}
-  bool wait_until_stopped(std::chrono::milliseconds) override { return true; }
-  void add_statistics(std::function<dds::RpcStatistics()>) override {}
-
- private:
-  std::shared_ptr<dds::Node> node_;
-  config::Node configuration_;
-};
-
-std::string text_of(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
 
 // The last sample of a topic, waited for.
 template <class T>
@@ -85,11 +61,8 @@ TEST(SimulatorService, CommandsViewsAndTruthOverDds) {
       "lights: [{position_m: [-1, 0, 2]}]\n"
       "truth: {mesh: ball.ply, longest_side_m: 0.3, position_m: [0, 0, 0.8], texture: \"noise:5\"}\n";
   std::ofstream(folder / "scene.yaml") << scene_text;
-  const dds::testing::TestDomain domain;
-  dds::NodeOptions options = dds::NodeOptions::from_environment("simulator-test");
-  options.domain = domain.id();
-  const auto node = dds::Node::create(options);
-  TestLife life(node);
+  service::testing::TestService life("simulator_service_test");
+  dds::Node* const node = &life.node();
   const SimulatorService simulator(life, read_settings(config::parse("", "defaults")),
                                    {(folder / "scene.yaml").string(), PERIPLUS_SOURCE_DIR "/deploy/robots/hrp2like.yaml", true});
 
@@ -103,8 +76,8 @@ TEST(SimulatorService, CommandsViewsAndTruthOverDds) {
   // Where and what it is, the truth left out.
   EXPECT_EQ(state.scene_id().to_string(), "ball");
   EXPECT_EQ(state.scene_revision().to_string(), wire::scene_revision(scene::without_truth(scene_text)));
-  EXPECT_EQ(state.robot_revision().to_string(),
-            wire::robot_revision(text_of(PERIPLUS_SOURCE_DIR "/deploy/robots/hrp2like.yaml"), text_of(PERIPLUS_SOURCE_DIR "/deploy/robots/hrp2like.urdf")));
+  const wire::testing::Texts texts = wire::testing::environment_texts();
+  EXPECT_EQ(state.robot_revision().to_string(), wire::robot_revision(texts.robot_yaml, texts.robot_urdf));
 
   Last<msg::RobotState> states(*node, "periplus/robot/state", dds::qos_stream());
   dds::Publisher<msg::RobotCommand> commands(*node, "periplus/robot/command", dds::qos_stream());
