@@ -10,6 +10,7 @@
 #pragma GCC diagnostic pop
 
 #include <algorithm>
+#include <limits>
 
 #include "common/core/error.h"
 
@@ -20,11 +21,19 @@ namespace {
 using Ipopt::Index;
 using Ipopt::Number;
 
+// Below this violation a start is not hopeless: it may stand still there while the objective falls.
+constexpr double kNearlyFeasible = 1e-2;
+
 // Dense problem as Ipopt wants to be asked.
 class Adapter : public Ipopt::TNLP {
  public:
-  Adapter(NonlinearProgram& program, const Eigen::VectorXd& start, SolverResult& result)
-      : program_(program), variables_(program.variable_bounds()), constraints_(program.constraint_bounds()), start_(start), result_(result) {}
+  Adapter(NonlinearProgram& program, const Eigen::VectorXd& start, int patience, SolverResult& result)
+      : program_(program),
+        variables_(program.variable_bounds()),
+        constraints_(program.constraint_bounds()),
+        start_(start),
+        patience_(patience),
+        result_(result) {}
 
   bool get_nlp_info(Index& n, Index& m, Index& nonzeros, Index& hessian_nonzeros, IndexStyleEnum& style) override {
     n = static_cast<Index>(variables_.lower.size());
@@ -77,6 +86,15 @@ class Adapter : public Ipopt::TNLP {
     return true;
   }
 
+  bool intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Number, Number infeasibility, Number, Number, Number, Number, Number,
+                             Number, Index, const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
+    if (infeasibility < 0.9 * least_infeasibility_) {
+      least_infeasibility_ = infeasibility;
+      least_at_ = iteration;
+    }
+    return infeasibility < kNearlyFeasible || iteration - least_at_ < patience_;
+  }
+
   void finalize_solution(Ipopt::SolverReturn status, Index n, const Number* x, const Number*, const Number*, Index, const Number*,
                          const Number*, Number, const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
     result_.x = Eigen::VectorXd::Map(x, n);
@@ -87,6 +105,9 @@ class Adapter : public Ipopt::TNLP {
   NonlinearProgram& program_;
   const Bounds variables_, constraints_;
   const Eigen::VectorXd start_;
+  const int patience_;
+  double least_infeasibility_ = std::numeric_limits<double>::infinity();
+  Index least_at_ = 0;
   SolverResult& result_;
 };
 
@@ -98,7 +119,14 @@ SolverResult minimize(NonlinearProgram& program, const Eigen::VectorXd& start, c
   o.SetIntegerValue("print_level", 0);
   o.SetStringValue("sb", "yes");
   o.SetStringValue("option_file_name", "");
+  // Nearly all time is MUMPS': a solve for every remembered pair of the Hessian, and as many again to refine it. For a problem
+  // this small and well scaled two pairs converge as soon as six, and neither refinement nor MUMPS' own scaling helps.
   o.SetStringValue("hessian_approximation", "limited-memory");
+  o.SetIntegerValue("limited_memory_max_history", 2);
+  o.SetIntegerValue("min_refinement_steps", 0);
+  o.SetIntegerValue("max_refinement_steps", 0);
+  o.SetIntegerValue("mumps_permuting_scaling", 0);
+  o.SetIntegerValue("mumps_scaling", 0);
   o.SetIntegerValue("max_iter", options.max_iterations);
   o.SetNumericValue("tol", options.tolerance);
   o.SetNumericValue("constr_viol_tol", options.constraint_tolerance);
@@ -111,7 +139,7 @@ SolverResult minimize(NonlinearProgram& program, const Eigen::VectorXd& start, c
   o.SetNumericValue("bound_relax_factor", 0);
   require(application->Initialize() == Ipopt::Solve_Succeeded, ErrorCode::internal, "Ipopt does not start");
   SolverResult result;
-  const Ipopt::SmartPtr<Ipopt::TNLP> adapter = new Adapter(program, start, result);
+  const Ipopt::SmartPtr<Ipopt::TNLP> adapter = new Adapter(program, start, options.patience, result);
   application->OptimizeTNLP(adapter);
   const Ipopt::SmartPtr<Ipopt::SolveStatistics> statistics = application->Statistics();
   if (Ipopt::IsValid(statistics)) result.iterations = statistics->IterationCount();

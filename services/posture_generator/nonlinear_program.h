@@ -27,6 +27,7 @@ struct SolverOptions {
   int max_iterations = 80;
   double tolerance = 1e-4;
   double constraint_tolerance = 1e-5;
+  int patience = 15;       // iterations in which the violation has to fall by a tenth, or the start is given up as hopeless
 };
 
 struct SolverResult {

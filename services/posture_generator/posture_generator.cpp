@@ -118,7 +118,7 @@ Posture PostureGenerator::generate(const Pose& X_WC, const Surroundings& surroun
   }
 
   PostureProblem problem(facts_, surroundings, X_WC);
-  const SolverOptions options{s.max_iterations, s.tolerance, s.constraint_tolerance};
+  const SolverOptions options{s.max_iterations, s.tolerance, s.constraint_tolerance, s.patience};
   int iterations = 0;
   for (int attempt = 0; attempt < s.starts && !best.feasible; ++attempt) {
     constexpr double kTurn = 0.6;  // [rad]

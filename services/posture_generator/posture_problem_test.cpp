@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/core/random.h"
+#include "services/posture_generator/testing/object_on_table.h"
 
 namespace periplus::posture {
 
@@ -10,32 +11,14 @@ namespace {
 
 class PostureProblemTest : public ::testing::Test {
  protected:
-  PostureProblemTest() {
-    const std::string folder = std::string(PERIPLUS_SOURCE_DIR) + "/deploy/robots/";
-    robot = robot::RobotModel::load_files(folder + "hrp2like.urdf", folder + "hrp2like.yaml");
-    facts = std::make_unique<RobotFacts>(robot, settings);
-    add_solid("table", scene::Shape::box, {0.7, 0.7, 0.7}, make_pose({0.75, 0, 0.35}, Eigen::Matrix3d::Identity()));
-    add_solid("pillar", scene::Shape::cylinder, {0.2, 0.2, 2}, make_pose({0, 0.65, 1}, Eigen::Matrix3d::Identity()));
-    world = std::make_unique<scene::CollisionWorld>(scene);
-    const voxel::OccupancyGrid grid(voxel::GridGeometry::from_box(make_pose({0.6, 0, 0.95}, Eigen::Matrix3d::Identity()), {0.5, 0.5, 0.5}, 0.02));
-    object = ObjectObstacle(grid, settings.object_cell);
-  }
-  void add_solid(const std::string& name, scene::Shape shape, const Eigen::Vector3d& size, const Pose& X_WS) {
-    scene::Solid solid;
-    solid.name = name;
-    solid.shape = shape;
-    solid.size = size;
-    solid.X_WS = X_WS;
-    scene.solids.push_back(solid);
-  }
-  Surroundings surroundings() const { return {&scene, world.get(), &object}; }
+  PostureProblemTest() { facts = std::make_unique<RobotFacts>(robot, settings); }
+  Surroundings surroundings() const { return room.surroundings(); }
 
   Settings settings;
-  std::shared_ptr<const robot::RobotModel> robot;
+  const std::shared_ptr<const robot::RobotModel> robot = testing::hrp2like();
   std::unique_ptr<RobotFacts> facts;
-  scene::Scene scene;
-  std::unique_ptr<scene::CollisionWorld> world;
-  ObjectObstacle object;
+  // Before the robot at the origin, and a pillar to its left.
+  const testing::ObjectOnTable room{0.75, 0.6, testing::solid("pillar", scene::Shape::cylinder, {0.2, 0.2, 2}, {0, 0.65, 1}), settings};
 };
 
 }  // namespace

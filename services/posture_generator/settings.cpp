@@ -15,6 +15,7 @@ Settings read_settings(const config::Node& node) {
     if (node.read(key, degrees, {.minimum = -180, .maximum = 180})) value = degrees * std::numbers::pi / 180;
   };
   node.read("max_iterations", s.max_iterations, {.minimum = 1, .maximum = 10000});
+  node.read("patience", s.patience, {.minimum = 1, .maximum = 10000});
   node.read("starts", s.starts, {.minimum = 1, .maximum = 9});
   node.read("tolerance", s.tolerance, {.minimum = 1e-9, .maximum = 1});
   node.read("constraint_tolerance", s.constraint_tolerance, {.minimum = 1e-9, .maximum = 1e-2});

@@ -10,6 +10,7 @@ namespace periplus::posture {
 struct Settings {
   int max_iterations = 80;              // of one start of the solver
   int starts = 3;                       // half-sitting behind the camera, then turned to either side
+  int patience = 15;                    // iterations in which a start has to lessen its violation by a tenth
   double tolerance = 1e-4;
   double constraint_tolerance = 1e-5;
   double accepted_violation = 1e-4;     // of any constraint in the answer [m, rad]

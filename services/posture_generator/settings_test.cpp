@@ -12,6 +12,7 @@ TEST(Settings, DefaultFileNamesEveryParameterWithItsDefault) {
   const Settings from_file = read_settings(node), built_in;
   node.finish();
   EXPECT_EQ(from_file.max_iterations, built_in.max_iterations);
+  EXPECT_EQ(from_file.patience, built_in.patience);
   EXPECT_EQ(from_file.starts, built_in.starts);
   EXPECT_DOUBLE_EQ(from_file.scene_distance, built_in.scene_distance);
   EXPECT_DOUBLE_EQ(from_file.stance_x, built_in.stance_x);
