@@ -94,9 +94,9 @@ SupervisorService::SupervisorService(service::Service& service, const Supervisor
 }
 
 SupervisorService::~SupervisorService() {
-  impl_->interruption.stop();
-  impl_->start.reset();
+  impl_->start.reset();   // first: a run that begins clears what interrupted the one before
   impl_->abort_rpc.reset();
+  impl_->interruption.stop();
   if (impl_->run_thread.joinable()) impl_->run_thread.join();
 }
 

@@ -140,7 +140,7 @@ std::vector<ServiceRow> Client::services() const {
   std::vector<ServiceRow> rows;
   for (const auto& [instance, heard] : impl_->heard) {
     rows.push_back(heard.row);
-    rows.back().age_s = std::chrono::duration<double>(Clock::now() - heard.at).count();
+    rows.back().age_s = seconds_since(heard.at);
     if (const auto at = impl_->metrics.find(instance); at != impl_->metrics.end()) rows.back().rpcs = at->second;
   }
   return rows;
