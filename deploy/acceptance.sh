@@ -133,7 +133,7 @@ for check in "${checks[@]}"; do
       v=$(field "round(r['coverage_reachable'], 4)")
       judge mug.coverage_reachable "$v" share '<=' 0.75 0.42
       judge mug.coverage_reachable_is_some "$v" share '>=' 0.1
-      judge mug.surface_error_mean "$(field "round(1000 * r['surface_error']['model_to_truth']['mean'], 2)")" mm '<=' 5 ;;
+      judge mug.surface_error_mean "$(field "round(1000 * r['surface_error']['model_to_truth']['mean'], 2)")" mm '<=' 10 ;;
     hosts)
       for check_of in "one_host reference.sh" "two_hosts two_hosts_test.sh" "two_hosts_mixed two_hosts_test.sh cyclonedds fastdds"; do
         # shellcheck disable=SC2086
