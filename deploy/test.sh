@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests of every change: units, four pairs of DDS vendors, failure paths, short
-# loops on each vendor configuration, the forbidden scene. With PERIPLUS_FULL=1 those with the label `acceptance` too: killed
-# services, two hosts, containers. Arguments go to ctest.
+# loops on each vendor configuration, the forbidden scene, two killed services. With PERIPLUS_FULL=1 those with the label
+# `acceptance` too: the other services killed, two hosts, containers. Arguments go to ctest.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 "$here/setup.sh"

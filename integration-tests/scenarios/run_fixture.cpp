@@ -12,6 +12,8 @@
 #include <sstream>
 #include <thread>
 
+#include "common/core/hash.h"
+
 namespace periplus::scenarios {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
@@ -64,6 +66,27 @@ std::vector<StateEntered> read_states(const fs::path& whiteboard) {
     states.push_back({entry["state"], entry.value("cause", ""), entry.value("look", 0), entry.value("wall_time_ns", std::int64_t{0})});
   }
   return states;
+}
+
+// Behind the two lines of its header, with a name of equal length in place of the run's.
+std::string without_run_id(std::string model, const std::string& run_id) {
+  for (int line = 0; line < 2; ++line) model.erase(0, model.find('\n') + 1);
+  for (std::size_t at = 0; (at = model.find(run_id, at)) != std::string::npos;) model.replace(at, run_id.size(), run_id.size(), 'x');
+  return model;
+}
+
+std::map<std::string, std::string> hashes_of(const fs::path& folder) {
+  std::vector<std::string> names{"model.periplus", "model.ply", "model.bt"};
+  std::error_code ignored;
+  for (const fs::directory_entry& look : fs::directory_iterator(folder / "looks", ignored))
+    names.push_back((fs::path("looks") / look.path().filename() / "depth.npy").string());
+  std::map<std::string, std::string> hashes;
+  for (const std::string& name : names)
+    if (fs::exists(folder / name)) {
+      const std::string text = read_text(folder / name);
+      hashes[name] = sha256_hex(name == "model.periplus" ? without_run_id(text, folder.filename().string()) : text);
+    }
+  return hashes;
 }
 
 }  // namespace
@@ -139,6 +162,17 @@ pid_t SystemRun::pid_of(const std::string& service) const {
   return 0;
 }
 
+std::vector<pid_t> SystemRun::processes() const {
+  // Of a zombie the environment is empty.
+  const std::string own = "XDG_RUNTIME_DIR=" + (output_ / "runtime").string() + '\0';
+  std::vector<pid_t> found;
+  std::error_code ignored;
+  for (const fs::directory_entry& process : fs::directory_iterator("/proc", ignored))
+    if (is_process(process.path().filename()) && read_text(process.path() / "environ").find(own) != std::string::npos)
+      found.push_back(std::stoi(process.path().filename().string()));
+  return found;
+}
+
 bool SystemRun::kill_service(const std::string& service, int signal) {
   const pid_t pid = pid_of(service);
   if (pid == 0 || ::kill(pid, signal) != 0) return false;
@@ -159,6 +193,7 @@ RunResult SystemRun::finish(Milliseconds timeout) {
   result.states = states();
   if (!result.folder.empty() && fs::exists(result.folder / "report.json"))
     result.report = nlohmann::json::parse(read_text(result.folder / "report.json"), nullptr, false);
+  if (!result.folder.empty()) result.hashes = hashes_of(result.folder);
   return result;
 }
 

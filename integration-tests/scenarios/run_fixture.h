@@ -42,6 +42,9 @@ struct RunResult {
   std::string output;               // what the terminal showed
   std::filesystem::path folder;     // of this run; empty if none was made
   nlohmann::json report;            // report.json; null if there is none
+  // SHA-256 of each file of the run that one seed must repeat to the bit, by its name below the folder: the model in all its
+  // formats, the depth of the looks. `model.periplus` without what carries the run's name, its views' ids and its checksum.
+  std::map<std::string, std::string> hashes;
   std::vector<StateEntered> states;
   std::optional<double> seconds_after_kill;   // from the last kill_service() to the end of the command
 
@@ -72,6 +75,9 @@ class SystemRun {
   bool wait_for_state(const std::string& state, int look = 0, Milliseconds timeout = std::chrono::seconds(120));
   // Program of `service` ("vision_server") that this run started; 0 if it is not there.
   pid_t pid_of(const std::string& service) const;
+  // Every process that this run started and that has not ended, directly or not: those in whose environment its own
+  // XDG_RUNTIME_DIR stands.
+  std::vector<pid_t> processes() const;
   // SIGKILL by default; false if the program is not there.
   bool kill_service(const std::string& service, int signal = 9);
   void interrupt();   // Ctrl-C
