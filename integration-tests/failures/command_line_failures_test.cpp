@@ -206,7 +206,9 @@ TEST_F(BadFiles, AMissingMeshIsFoundBeforeTheRunBegins) {
   std::ofstream(folder / "task.yaml") << task;
   Command command(run, "run", {"run", "--output", (folder / "runs").string(), (folder / "task.yaml").string()});
   EXPECT_EQ(command.wait(60s), 2) << command.said();
-  expect_says(command.said(), {"simulator refused to start", "hare.obj"});
+  expect_says(command.said(), {"hare.obj"});
+  EXPECT_FALSE(fs::exists(folder / "runs")) << "something was started";
+  expect_says(refusal(task), {"hare.obj"});
 }
 
 // Requests that are none: the posture generator's answers (the other services' own tests ask them).
