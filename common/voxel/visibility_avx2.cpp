@@ -9,6 +9,7 @@ namespace {
 struct Avx2Lanes {
   struct F { __m256 a, b; };
   struct I { __m256i a, b; };
+  using Sum = __m256i;
 
   static F set(float x) { return {_mm256_set1_ps(x), _mm256_set1_ps(x)}; }
   static F ramp() { return {_mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7), _mm256_setr_ps(8, 9, 10, 11, 12, 13, 14, 15)}; }
@@ -76,13 +77,17 @@ struct Avx2Lanes {
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(words), _mm256_or_si256(old, mask));
     return count(_mm256_andnot_si256(old, mask));
   }
-  static std::uint32_t cover(std::uint32_t* words, I left, I right, int first_column, int rows) {
+  static Sum no_sum() { return _mm256_setzero_si256(); }
+  static std::uint32_t total(Sum sum) {
+    if (_mm256_testz_si256(sum, sum)) return 0;
+    const __m128i s = _mm_add_epi64(_mm256_castsi256_si128(sum), _mm256_extracti128_si256(sum, 1));
+    return static_cast<std::uint32_t>(_mm_cvtsi128_si32(s) + _mm_extract_epi32(s, 2));
+  }
+  static Sum cover(std::uint32_t* words, I left, I right, int first_column, int rows, Sum fresh) {
     const __m256i base = _mm256_set1_epi32(first_column);
     __m256i bytes = fresh_of(words, left.a, right.a, base, first(rows, 0));
     if (rows > 8) bytes = _mm256_add_epi8(bytes, fresh_of(words + 8, left.b, right.b, base, first(rows, 8)));
-    const __m256i sums = _mm256_sad_epu8(bytes, _mm256_setzero_si256());
-    const __m128i s = _mm_add_epi64(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
-    return static_cast<std::uint32_t>(_mm_cvtsi128_si32(s) + _mm_extract_epi32(s, 2));
+    return _mm256_add_epi64(fresh, _mm256_sad_epu8(bytes, _mm256_setzero_si256()));
   }
 };
 

@@ -9,6 +9,7 @@ namespace {
 struct Avx512Lanes {
   using F = __m512;
   using I = __m512i;
+  using Sum = __m512i;
 
   static F set(float x) { return _mm512_set1_ps(x); }
   static F ramp() { return _mm512_setr_ps(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15); }
@@ -36,14 +37,19 @@ struct Avx512Lanes {
     const I m = _mm512_set1_epi32(static_cast<int>(mask));
     return _mm512_mask_test_epi32_mask(first(rows), _mm512_andnot_si512(_mm512_loadu_si512(words), m), m) == 0;
   }
-  static std::uint32_t cover(std::uint32_t* words, I left, I right, int first_column, int rows) {
+  static Sum no_sum() { return _mm512_setzero_si512(); }
+  static std::uint32_t total(Sum sum) {
+    // Most voxels behind others show nothing: cheaper to ask than to add up.
+    return _mm512_test_epi64_mask(sum, sum) == 0 ? 0 : static_cast<std::uint32_t>(_mm512_reduce_add_epi64(sum));
+  }
+  static Sum cover(std::uint32_t* words, I left, I right, int first_column, int rows, Sum fresh) {
     const I zero = _mm512_setzero_si512(), base = _mm512_set1_epi32(first_column);
     const I ones = _mm512_maskz_set1_epi32(first(rows), -1);
     const I from = _mm512_sllv_epi32(ones, _mm512_max_epi32(_mm512_sub_epi32(left, base), zero));
     const I to = _mm512_sllv_epi32(ones, _mm512_max_epi32(_mm512_sub_epi32(right, base), zero));
     const I mask = _mm512_andnot_si512(to, from), old = _mm512_loadu_si512(words);
     _mm512_storeu_si512(words, _mm512_or_si512(old, mask));
-    return static_cast<std::uint32_t>(_mm512_reduce_add_epi64(_mm512_popcnt_epi64(_mm512_andnot_si512(old, mask))));
+    return _mm512_add_epi64(fresh, _mm512_popcnt_epi64(_mm512_andnot_si512(old, mask)));
   }
 };
 

@@ -4,7 +4,7 @@
 // then each fills its rows, sixteen at a time, into the coverage. No operation is fused, reordered or approximated
 // (-ffp-contract=off, divisions), so that every Lanes gives the same bits.
 //
-// Lanes: F sixteen floats, I sixteen 32-bit integers, M a mask of sixteen bits.
+// Lanes: F sixteen floats, I sixteen 32-bit integers, Sum a count of pixels in parts; masks are sixteen bits.
 #pragma once
 
 #include "common/voxel/visibility_kernel.h"
@@ -19,6 +19,7 @@ template <class Lanes>
 class Kernel {
   using F = typename Lanes::F;
   using I = typename Lanes::I;
+  using Sum = typename Lanes::Sum;
 
  public:
   Kernel(const VisibilityKernelInput& input, VisibilityKernelOutput& output) : in(input), out(output) {}
@@ -213,7 +214,7 @@ class Kernel {
   template <int pairs>
   std::uint32_t fill(int i) {
     const int y0 = y0_[i], y1 = y1_[i];
-    std::uint32_t fresh = 0;
+    Sum fresh = Lanes::no_sum();
     for (int y = y0; y < y1; y += 16) {
       const F k = Lanes::add(Lanes::ramp(), Lanes::set(static_cast<float>(y - y0)));
       F l = Lanes::add(Lanes::set(left_start_[0][i]), Lanes::mul(Lanes::set(left_slope_[0][i]), k));
@@ -222,14 +223,14 @@ class Kernel {
         l = Lanes::max(l, Lanes::add(Lanes::set(left_start_[p][i]), Lanes::mul(Lanes::set(left_slope_[p][i]), k)));
         r = Lanes::min(r, Lanes::add(Lanes::set(right_start_[p][i]), Lanes::mul(Lanes::set(right_slope_[p][i]), k)));
       }
-      fresh += fill_rows(i, y, y1 - y, l, r);
+      fill_rows(i, y, y1 - y, l, r, fresh);
     }
-    return fresh;
+    return Lanes::total(fresh);
   }
 
   std::uint32_t fill_uneven(int i, int corners, const unsigned* lefts) {
     const int y0 = y0_[i], y1 = y1_[i];
-    std::uint32_t fresh = 0;
+    Sum fresh = Lanes::no_sum();
     for (int y = y0; y < y1; y += 16) {
       const F k = Lanes::add(Lanes::ramp(), Lanes::set(static_cast<float>(y - y0)));
       F l = Lanes::set(-kNoBound), r = Lanes::set(kNoBound);
@@ -241,21 +242,19 @@ class Kernel {
           r = Lanes::min(r, x);
         }
       }
-      fresh += fill_rows(i, y, y1 - y, l, r);
+      fill_rows(i, y, y1 - y, l, r, fresh);
     }
-    return fresh;
+    return Lanes::total(fresh);
   }
 
   // Rows y .. y + min(16, rows): pixels ceil(l) .. ceil(r) - 1 within the voxel's columns.
-  std::uint32_t fill_rows(int i, int y, int rows, F l, F r) {
+  void fill_rows(int i, int y, int rows, F l, F r, Sum& fresh) {
     const F low = Lanes::set(static_cast<float>(x0_[i])), high = Lanes::set(static_cast<float>(x1_[i]));
     const I left = Lanes::truncate(Lanes::ceil(Lanes::min(Lanes::max(l, low), high)));
     const I right = Lanes::truncate(Lanes::ceil(Lanes::min(Lanes::max(r, low), high)));
-    std::uint32_t fresh = 0;
     for (int s = x0_[i] >> 5; s <= (x1_[i] - 1) >> 5; ++s) {
-      fresh += Lanes::cover(in.coverage + static_cast<long>(s) * in.rows + y, left, right, s * 32, rows);
+      fresh = Lanes::cover(in.coverage + static_cast<long>(s) * in.rows + y, left, right, s * 32, rows, fresh);
     }
-    return fresh;
   }
 
   void account(int i, std::uint32_t pixels) {

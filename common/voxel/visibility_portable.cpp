@@ -9,6 +9,7 @@ namespace {
 struct PortableLanes {
   struct F { float a[16]; };
   struct I { std::int32_t a[16]; };
+  using Sum = std::uint32_t;
 
   template <class Op>
   static F each(Op op) {
@@ -54,8 +55,9 @@ struct PortableLanes {
     return true;
   }
   static std::uint32_t from(int bit) { return bit <= 0 ? ~0u : bit >= 32 ? 0u : ~0u << bit; }
-  static std::uint32_t cover(std::uint32_t* words, const I& left, const I& right, int first, int rows) {
-    std::uint32_t fresh = 0;
+  static Sum no_sum() { return 0; }
+  static std::uint32_t total(Sum sum) { return sum; }
+  static Sum cover(std::uint32_t* words, const I& left, const I& right, int first, int rows, Sum fresh) {
     for (int i = 0; i < rows && i < 16; ++i) {
       const std::uint32_t mask = from(left.a[i] - first) & ~from(right.a[i] - first);
       fresh += static_cast<std::uint32_t>(__builtin_popcount(mask & ~words[i]));
