@@ -2,13 +2,12 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <fstream>
 #include <future>
 #include <map>
 #include <mutex>
 #include <set>
-#include <sstream>
 
+#include "common/core/file.h"
 #include "common/core/log.h"
 #include "common/dds/codec_impl.h"
 #include "common/dds/node.h"
@@ -315,12 +314,11 @@ TEST_P(VendorPairs, QosMismatchIsLoggedWithPeerTopicAndPolicy) {
   const auto other = peer("best-effort");
   EXPECT_TRUE(eventually([&] { return self->mismatches() == 1; }));
   log::flush();
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
+  const std::string text = read_file(file);
   log::configure({.service = "test", .file = "", .level = log::Level::info, .console = true});
-  EXPECT_NE(text.str().find("\"topic\":\"mismatch\""), std::string::npos) << text.str();
-  EXPECT_NE(text.str().find("\"policy\":\"reliability\""), std::string::npos) << text.str();
-  EXPECT_NE(text.str().find("\"peer\":\"peer-best-effort\""), std::string::npos) << text.str();
+  EXPECT_NE(text.find("\"topic\":\"mismatch\""), std::string::npos) << text;
+  EXPECT_NE(text.find("\"policy\":\"reliability\""), std::string::npos) << text;
+  EXPECT_NE(text.find("\"peer\":\"peer-best-effort\""), std::string::npos) << text;
   unlink(file.c_str());
 }
 

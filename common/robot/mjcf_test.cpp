@@ -5,10 +5,9 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/robot/mujoco_model.h"
 
 namespace periplus::robot {
@@ -69,11 +68,8 @@ TEST(Mjcf, RealRobots) {
   int compiled = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".urdf") continue;
-    std::ifstream in(entry.path());
-    std::ostringstream text;
-    text << in.rdbuf();
     try {
-      const Urdf urdf = parse_urdf(text.str());
+      const Urdf urdf = parse_urdf(read_file(entry.path()));
       const MjModelPtr model = compile_mjcf(write_mjcf(urdf, {}, {}), {}, ErrorCode::bad_input);
       std::printf("%s: %d links, %d degrees of freedom, %.1f kg\n", entry.path().c_str(), model->nbody - 1, model->nv, mj_getTotalmass(model.get()));
       ++compiled;

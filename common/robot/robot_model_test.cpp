@@ -2,23 +2,17 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <numbers>
-#include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/robot/capsule_distance.h"
 
 namespace periplus::robot {
 
 namespace {
 
-std::string file(const std::string& name) {
-  std::ifstream in(std::string(PERIPLUS_SOURCE_DIR) + "/deploy/robots/" + name);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+std::string file(const std::string& name) { return read_file(std::string(PERIPLUS_SOURCE_DIR) + "/deploy/robots/" + name); }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);

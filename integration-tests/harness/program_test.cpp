@@ -4,22 +4,15 @@
 
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 
 namespace periplus::harness {
 namespace {
 
 using namespace std::chrono_literals;
-
-std::string read(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
 
 TEST(Program, GivesItsStatusAndOutputAndHasItsEnvironment) {
   const std::string log = testing::TempDir() + "program_test.log";
@@ -27,7 +20,7 @@ TEST(Program, GivesItsStatusAndOutputAndHasItsEnvironment) {
   Program p("/bin/sh", {"-c", "echo $GREETING; echo oops >&2; exit 7"}, {{"GREETING", "hello"}}, log);
   EXPECT_EQ(p.wait(10s), 7);
   EXPECT_FALSE(p.running());
-  EXPECT_EQ(read(log), "hello\noops\n");
+  EXPECT_EQ(read_file(log), "hello\noops\n");
 }
 
 TEST(Program, CanBeKilledAndIsGoneAfterItsLife) {
