@@ -7,9 +7,9 @@
 #include <fstream>
 #include <functional>
 #include <limits>
-#include <sstream>
 #include <thread>
 
+#include "common/core/file.h"
 #include "common/dds/codec_impl.h"
 #include "common/wire/common_wire.h"
 #include "idl/posture.h"
@@ -22,13 +22,6 @@ using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
 const fs::path kDeploy = fs::path(PERIPLUS_SOURCE_DIR) / "deploy";
-
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
@@ -48,7 +41,7 @@ class Command {
                  log_) {}
   harness::Program& program() { return program_; }
   int wait(std::chrono::seconds timeout = 40s) { return program_.wait(timeout).value_or(-1); }
-  std::string said() const { return text_of(log_); }
+  std::string said() const { return read_file(log_); }
 
  private:
   const std::string log_;
@@ -146,7 +139,7 @@ class BadFiles : public testing::Test {
  protected:
   BadFiles() : run(testing::UnitTest::GetInstance()->current_test_info()->name()), folder(run.bench.folder()) {
     run.bench.stop_all();
-    task = text_of(kDeploy / "tasks/bunny-short.yaml");
+    task = read_file(kDeploy / "tasks/bunny-short.yaml");
     fs::create_directories(folder / "deploy");
     fs::copy(kDeploy / "robots", folder / "deploy/robots");
     fs::copy(kDeploy / "scenes", folder / "deploy/scenes");
@@ -159,7 +152,7 @@ class BadFiles : public testing::Test {
     return command.said();
   }
   void edit(const std::string& file, const std::string& from, const std::string& to) {
-    const std::string text = replaced(text_of(folder / file), from, to);
+    const std::string text = replaced(read_file(folder / file), from, to);
     std::ofstream(folder / file) << text;
   }
   void expect_says(const std::string& said, const std::vector<std::string>& words) {
@@ -190,7 +183,7 @@ TEST_F(BadFiles, RobotsAndScenesNameWhatIsMissing) {
   edit("deploy/robots/hrp2like.yaml", "  RLEG_JOINT2:", "  RLEG_JIONT2:");
   expect_says(refusal(task), {"hrp2like.yaml", "RLEG_JIONT2", "RLEG_JOINT2"});
   edit("deploy/robots/hrp2like.yaml", "  RLEG_JIONT2:", "  RLEG_JOINT2:");
-  const std::string urdf = text_of(folder / "deploy/robots/hrp2like.urdf");
+  const std::string urdf = read_file(folder / "deploy/robots/hrp2like.urdf");
   std::ofstream(folder / "deploy/robots/hrp2like.urdf") << urdf.substr(0, urdf.size() / 2);
   expect_says(refusal(task), {"hrp2like"});
   std::ofstream(folder / "deploy/robots/hrp2like.urdf") << urdf;

@@ -4,9 +4,8 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
+#include "common/core/file.h"
 #include "common/dds/testing/test_domain.h"
 #include "integration-tests/harness/program.h"
 
@@ -30,12 +29,7 @@ class OccupiedDomain : public testing::Test {
                                                                             {"XDG_RUNTIME_DIR", folder.string()}},
                                               (folder / (verb + ".txt")).string());
   }
-  std::string said(const std::string& verb) const {
-    std::ifstream file(folder / (verb + ".txt"));
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
-  }
+  std::string said(const std::string& verb) const { return read_file(folder / (verb + ".txt")); }
   static std::string task(const std::string& name) { return PERIPLUS_SOURCE_DIR "/deploy/tasks/" + name + ".yaml"; }
 
   const dds::testing::TestDomain domain;

@@ -8,6 +8,7 @@
 
 #include "common/dds/codec_impl.h"
 #include "common/dds/node.h"
+#include "common/service/service_names.h"
 #include "idl/ros2.h"
 #include "idl/sim.h"
 #include "integration-tests/scenarios/run_fixture.h"
@@ -18,8 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 
 const std::set<std::string> kSplit = {"simulator", "model_server", "posture_generator", "motion_controller"};
-const std::vector<std::string> kServices = {"simulator",         "vision_server", "model_server",      "nbv_planner",
-                                            "posture_generator", "walk_planner",  "motion_controller", "supervisor"};
+const std::vector<std::string>& kServices = service::service_names();
 
 std::vector<std::string> all_on(const std::string& vendor) { return {"dds.default=" + vendor}; }
 std::vector<std::string> split(const std::string& vendor_of_split, const std::string& vendor_of_rest) {

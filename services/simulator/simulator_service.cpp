@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <deque>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <optional>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/core/log.h"
 #include "common/dds/codec_impl.h"
 #include "common/render/renderer.h"
@@ -60,13 +60,6 @@ std::string urdf_beside(const std::string& yaml) { return std::filesystem::path(
 
 std::shared_ptr<const robot::RobotModel> load_robot(const std::string& yaml) { return robot::RobotModel::load_files(urdf_beside(yaml), yaml); }
 
-std::string text_of(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  require(in.good(), ErrorCode::io, "cannot read " + file + "; check its name and permissions");
-  return text;
-}
-
 std::vector<render::TrueObject> load_objects(const scene::Scene& scene, const std::vector<std::string>& folders) {
   if (!scene.truth) return {};
   return {render::load_true_object(*scene.truth, folders)};
@@ -93,8 +86,8 @@ struct SimulatorService::Impl {
       : settings(s),
         node(life.node()),
         scene(scene::load_scene(o.scene_file)),
-        scene_revision(wire::scene_revision(scene::without_truth(text_of(o.scene_file)))),
-        robot_revision(wire::robot_revision(text_of(o.robot_file), text_of(urdf_beside(o.robot_file)))),
+        scene_revision(wire::scene_revision(scene::without_truth(read_file(o.scene_file)))),
+        robot_revision(wire::robot_revision(read_file(o.robot_file), read_file(urdf_beside(o.robot_file)))),
         folders{std::filesystem::path(o.scene_file).parent_path().string()},
         objects(load_objects(scene, folders)),
         robot(load_robot(o.robot_file), scene.robot_start, {.joint_limit_slack = s.joint_limit_slack, .fall_at_tick = s.fall_at_tick}),

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <ctime>
-#include <fstream>
-#include <sstream>
 
 #include "common/core/config.h"
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/mesh/assets.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/robot/robot_model.h"
@@ -17,13 +16,6 @@
 namespace periplus::supervisor::cli {
 namespace fs = std::filesystem;
 namespace {
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  if (!in || !(text << in.rdbuf())) throw Error(ErrorCode::io, "cannot read " + file.string() + "; check its name and permissions");
-  return text.str();
-}
 
 // The file itself, or a task of that name in the shared folders.
 fs::path find_task(const std::string& file) {
@@ -53,12 +45,12 @@ Task read_task(const std::string& file, const std::vector<std::string>& override
 
 EnvironmentTexts read_environment(const Task& task) {
   EnvironmentTexts texts;
-  const std::string scene_text = text_of(task.scene);
+  const std::string scene_text = read_file(task.scene);
   const scene::Scene scene = scene::parse_scene(scene_text, task.scene);
   texts.scene_id = scene.name;
   texts.scene_yaml = scene::without_truth(scene_text);
-  texts.robot_yaml = text_of(task.robot);
-  texts.robot_urdf = text_of(fs::path(task.robot).replace_extension(".urdf"));
+  texts.robot_yaml = read_file(task.robot);
+  texts.robot_urdf = read_file(fs::path(task.robot).replace_extension(".urdf"));
   try {
     robot::RobotModel::load(texts.robot_urdf, texts.robot_yaml);
   } catch (const Error& e) {
