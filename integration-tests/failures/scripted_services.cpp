@@ -33,15 +33,15 @@ using namespace std::chrono_literals;
 
 namespace {
 using RosImage = sensor_msgs::msg::dds_::Image_;
-
-struct Failure {
-  ErrorCode code;
-  std::string sentence;
-  int first, last;
-};
 }  // namespace
 
 struct ScriptedServices::Impl {
+  struct Failure {
+    ErrorCode code;
+    std::string sentence;
+    int first, last;
+  };
+
   Impl(dds::Node& n, std::shared_ptr<const robot::RobotModel> m, std::set<std::string> without)
       : node(n),
         model(std::move(m)),
