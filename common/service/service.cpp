@@ -341,6 +341,18 @@ int fail(const std::string& name, const std::exception& e, bool log_on_terminal,
 
 }  // namespace
 
+namespace {
+class CommandLine : public Options {
+ public:
+  explicit CommandLine(CLI::App& app) : app_(app) {}
+  void text(const std::string& name, std::string& value, const std::string& help) override { app_.add_option(name, value, help)->capture_default_str(); }
+  void flag(const std::string& name, bool& value, const std::string& help) override { app_.add_flag(name, value, help); }
+
+ private:
+  CLI::App& app_;
+};
+}  // namespace
+
 int run(int argc, char** argv, const Description& description, const std::function<void(Service&)>& body) {
   pin_library_threads(argv);
 
@@ -354,7 +366,10 @@ int run(int argc, char** argv, const Description& description, const std::functi
   app.add_option("--log-level", arguments.log_level, "trace, debug, info, warn or error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error"}));
   app.set_version_flag("--version", description.name + " " + version());
-  if (description.options) description.options(app);
+  if (description.options) {
+    CommandLine options(app);
+    description.options(options);
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -31,17 +31,21 @@
 #include "common/dds/node.h"
 #include "common/dds/rpc.h"
 
-namespace CLI {
-class App;
-}
-
 namespace periplus::service {
+
+// Options of a program's own, on its command line and in its --help. The variables hold the defaults.
+class Options {
+ public:
+  virtual ~Options() = default;
+  virtual void text(const std::string& name, std::string& value, const std::string& help) = 0;   // --name TEXT
+  virtual void flag(const std::string& name, bool& value, const std::string& help) = 0;          // --name
+};
 
 struct Description {
   std::string name;     // "vision_server"
   std::string summary;
   // Adds options of the program's own; may be empty.
-  std::function<void(CLI::App&)> options;
+  std::function<void(Options&)> options;
 };
 
 class Service {

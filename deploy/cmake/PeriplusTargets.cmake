@@ -7,6 +7,8 @@ if(CMAKE_UNITY_BUILD)
   list(APPEND PERIPLUS_WARNINGS -Wno-subobject-linkage)
 endif()
 
+set(PERIPLUS_TEST_OPTIONS $<$<CONFIG:Release>:-O1>)  # for tests: a fifth less to compile, nothing to gain from more
+
 function(periplus_target_defaults target)
   target_compile_options(${target} PRIVATE ${PERIPLUS_WARNINGS})
   target_include_directories(${target} PUBLIC ${CMAKE_SOURCE_DIR})
@@ -20,6 +22,7 @@ function(_periplus_tests name folder link)
     include(GoogleTest)
     add_executable(${name}_test ${tests})
     periplus_target_defaults(${name}_test)
+    target_compile_options(${name}_test PRIVATE ${PERIPLUS_TEST_OPTIONS})
     target_link_libraries(${name}_test PRIVATE ${link} ${A_TEST_DEPS} GTest::gtest_main)
     target_compile_definitions(${name}_test PRIVATE PERIPLUS_SOURCE_DIR="${CMAKE_SOURCE_DIR}" PERIPLUS_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
     gtest_discover_tests(${name}_test DISCOVERY_MODE PRE_TEST TEST_PREFIX "${name}." PROPERTIES TIMEOUT 300)

@@ -4,8 +4,10 @@
 set -e
 owner=0:0
 [ ! -d /host ] || owner=$(stat -c %u:%g /host)
-mkdir -p /project/runs /var/lib/periplus
-[ "$(stat -c %u:%g /project/runs)" = "$owner" ] || chown "$owner" /project/runs
+mkdir -p /project/runs/.logs /var/lib/periplus
+for folder in /project/runs /project/runs/.logs; do
+  [ "$(stat -c %u:%g $folder)" = "$owner" ] || chown "$owner" $folder
+done
 chown -R "$owner" /var/lib/periplus
 export HOME=/var/lib/periplus
 exec setpriv --reuid "${owner%:*}" --regid "${owner#*:}" --clear-groups -- "$@"

@@ -8,4 +8,4 @@ value() { sed -n "s/^$1:[[:space:]]*\([^#[:space:]]*\).*/\1/p" "$task"; }
 truth=--truth
 [ "$(value truth)" != false ] || truth=
 # shellcheck disable=SC2086  # no argument where there is none
-exec periplus-simulator --scene "$share/$(value scene)" --robot "$share/$(value robot)" $truth
+exec periplus-simulator --log-file runs/.logs/simulator.jsonl --scene "$share/$(value scene)" --robot "$share/$(value robot)" $truth

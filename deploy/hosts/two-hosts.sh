@@ -72,7 +72,7 @@ on_host() {
     bash -c "hostname $1 && mount -t tmpfs -o size=512m tmpfs /dev/shm && $4"
 }
 start() { # program and its arguments
-  printf '"%s" --log-file "%s" %s >"%s" 2>&1 </dev/null & ' "$bin/periplus-$1" "$logs/$1.jsonl" "${*:2}" "$logs/$1.out"
+  printf '"%s" --log-file "%s" %s >"%s" 2>&1 </dev/null & ' "$bin/periplus-$1" "$logs/${1//-/_}.jsonl" "${*:2}" "$logs/$1.out"
 }
 # The first program of a pid namespace gets no signal that it does not handle; its children are ended by name of job.
 end_all='kill $(jobs -p) 2>/dev/null; wait'
@@ -89,7 +89,11 @@ on_host robot 10.77.2.2 "${PERIPLUS_ONBOARD_DDS:-fastdds}" "{ $commands read -r 
 robot_host=$!
 
 commands=
-for program in $external; do commands+=$(start "$program"); done
+for program in $external; do
+  arguments=
+  [ "$program" != supervisor ] || arguments="--set 'log_folder=$logs'"
+  commands+=$(start "$program" "$arguments")
+done
 status=0
 on_host external 10.77.1.2 "${PERIPLUS_EXTERNAL_DDS:-fastdds}" \
   "{ $commands '$bin/periplus' run --attach '$task' -o '$output' 7>&-; status=\$?; $end_all; exit \$status; }" 7>&- || status=$?

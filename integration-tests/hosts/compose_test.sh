@@ -34,6 +34,7 @@ same_run "$output" "$status" "$reference"
 
 run=("$output"/*/)
 grep -q '"coverage_reachable"' "${run[0]}/report.json" || { echo "FAILED: the run was not evaluated in its container"; exit 1; }
+[ "$(ls "${run[0]}/logs" | wc -l)" -ge 8 ] || { echo "FAILED: the run's folder lacks logs of services"; exit 1; }
 [ -s "${run[0]}/report.html" ] || { echo "FAILED: there is no report.html"; exit 1; }
 owner=$(stat -c %u:%g "$root")
 strangers=$(find "$output" -printf '%U:%G %p\n' | grep -v "^$owner " || true)

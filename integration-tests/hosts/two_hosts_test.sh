@@ -14,8 +14,9 @@ PERIPLUS_BIN=$bin PERIPLUS_ONBOARD_DDS=${5:-fastdds} PERIPLUS_EXTERNAL_DDS=${6:-
 [ $status != 77 ] || { echo "SKIPPED: no network namespaces here"; exit 77; }
 same_run "$output" "$status" "$reference"
 # It was the other host's interface that they met on.
-grep -q '"instance":"vision-server-robot-' "$output"/two-hosts-logs/vision-server.jsonl || { echo "FAILED: vision did not run on the robot"; exit 1; }
-grep -q '"instance":"nbv-planner-external-' "$output"/two-hosts-logs/nbv-planner.jsonl || { echo "FAILED: the planner did not run on the other host"; exit 1; }
+grep -q '"instance":"vision-server-robot-' "$output"/two-hosts-logs/vision_server.jsonl || { echo "FAILED: vision did not run on the robot"; exit 1; }
+grep -q '"instance":"nbv-planner-external-' "$output"/two-hosts-logs/nbv_planner.jsonl || { echo "FAILED: the planner did not run on the other host"; exit 1; }
+[ "$(ls "$output"/*/logs | wc -l)" -ge 8 ] || { echo "FAILED: the run's folder lacks logs of services"; exit 1; }
 for left in $(ip netns list | awk '/^periplus-[0-9]+-/ {print $1}'); do
   pid=${left#periplus-}
   [ -d "/proc/${pid%%-*}" ] || { echo "FAILED: the namespace $left is left behind"; exit 1; }

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <filesystem>
 
 #include "common/service/locate.h"
@@ -26,10 +25,10 @@ int main(int argc, char** argv) {
                                 {.name = "simulator",
                                  .summary = "stands in for the robot: its motion and what its cameras see",
                                  .options =
-                                     [&](CLI::App& app) {
-                                       app.add_option("--scene", options.scene_file, "scene YAML")->capture_default_str();
-                                       app.add_option("--robot", options.robot_file, "robot YAML; the URDF stands beside it")->capture_default_str();
-                                       app.add_flag("--truth", options.truth, "publish the true object in the partition `truth`, for evaluation");
+                                     [&](periplus::service::Options& own) {
+                                       own.text("--scene", options.scene_file, "scene YAML");
+                                       own.text("--robot", options.robot_file, "robot YAML; the URDF stands beside it");
+                                       own.flag("--truth", options.truth, "publish the true object in the partition `truth`, for evaluation");
                                      }},
                                 [&](Service& service) {
                                   const sim::SimulatorSettings settings = sim::read_settings(service.configuration());

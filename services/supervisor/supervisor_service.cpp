@@ -28,8 +28,23 @@ SupervisorSettings read_settings(const config::Node& configuration) {
   configuration.read("wait_for_service_s", s.wait_for_service_s, {.minimum = 0, .maximum = 600});
   configuration.read("request_deadline_s", s.request_deadline_s, {.minimum = 0.1, .maximum = 3600});
   configuration.read("motion_deadline_s", s.motion_deadline_s, {.minimum = 0.1, .maximum = 3600});
+  configuration.read("log_folder", s.log_folder);
   configuration.finish();
   return s;
+}
+
+// Copies what stands there by now; a log that cannot be copied is said in our own.
+void collect_logs(const std::string& from, const std::string& run_folder) {
+  namespace fs = std::filesystem;
+  std::error_code problem;
+  fs::create_directories(fs::path(run_folder) / "logs", problem);
+  for (const fs::directory_entry& entry : fs::directory_iterator(from, problem)) {
+    if (entry.path().extension() != ".jsonl") continue;
+    std::error_code refused;
+    fs::copy_file(entry.path(), fs::path(run_folder) / "logs" / entry.path().filename(), fs::copy_options::overwrite_existing, refused);
+    if (refused) log::warn("a service's log could not be copied", {{"file", entry.path().string()}, {"cause", refused.message()}});
+  }
+  if (problem) log::warn("no logs of other services in the run's folder", {{"folder", from}, {"cause", problem.message()}});
 }
 
 struct SupervisorService::Impl {
@@ -193,6 +208,10 @@ void SupervisorService::Impl::run(Task task, msg::Environment environment) {
   } catch (const std::exception& e) {
     log::error("the run's files could not be written", {{"cause", e.what()}});
     result = {State::service_lost, std::string("the run's files could not be written: ") + e.what()};
+  }
+  if (!settings.log_folder.empty()) {
+    log::flush();
+    collect_logs(settings.log_folder, run_folder);
   }
   msg::RunEvent event;
   event.kind("end");

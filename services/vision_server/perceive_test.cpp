@@ -11,7 +11,7 @@ namespace periplus::vision {
 namespace {
 
 // A textured ball of 0.3 m on a table in a room, seen by the robot's eyes from 1.2 m.
-struct Setting {
+struct PerceptionSetting {
   scene::Scene known;
   std::vector<scene::Solid> object;
   object_model::ObjectBox box;
@@ -19,7 +19,7 @@ struct Setting {
   Pose X_WC;
   harness::AnalyticScene::Look truth;
 
-  Setting() {
+  PerceptionSetting() {
     scene::Solid table;
     table.size = {0.7, 0.7, 0.7};
     table.X_WS.translation() = Eigen::Vector3d(0, 0, 0.35);
@@ -49,7 +49,7 @@ struct Setting {
   }
 };
 
-object_model::Perception see(const RectifiedPair& pair, const Setting& s, PerceiveReport* report = nullptr) {
+object_model::Perception see(const RectifiedPair& pair, const PerceptionSetting& s, PerceiveReport* report = nullptr) {
   PerceiveReport unused;
   PerceiveSettings settings;
   settings.depth.footprint_m = 0.01;  // pixels are looked at one by one here
@@ -58,7 +58,7 @@ object_model::Perception see(const RectifiedPair& pair, const Setting& s, Percei
 }
 
 TEST(Perceive, DepthOfATexturedBallIsGoodToMillimetres) {
-  Setting s;
+  PerceptionSetting s;
   const RectifiedPair pair = s.pair();
   PerceiveReport report;
   const object_model::Perception p = see(pair, s, &report);
@@ -88,7 +88,7 @@ TEST(Perceive, DepthOfATexturedBallIsGoodToMillimetres) {
 }
 
 TEST(Perceive, TheWallBehindTheObjectIsMeasuredToo) {
-  Setting s;
+  PerceptionSetting s;
   const RectifiedPair pair = s.pair();
   const object_model::Perception p = see(pair, s);
   int far = 0, measured = 0, right = 0;
@@ -106,7 +106,7 @@ TEST(Perceive, TheWallBehindTheObjectIsMeasuredToo) {
 }
 
 TEST(Perceive, BothEyesTellTheSameSurface) {
-  Setting s;
+  PerceptionSetting s;
   const RectifiedPair pair = s.pair();
   const object_model::Perception p = see(pair, s);
   harness::AnalyticScene scene(s.known, s.object);
@@ -127,7 +127,7 @@ TEST(Perceive, BothEyesTellTheSameSurface) {
 }
 
 TEST(Perceive, APlainObjectIsNotMadeUp) {
-  Setting s;
+  PerceptionSetting s;
   const RectifiedPair pair = s.pair(true);
   const object_model::Perception p = see(pair, s);
   int object = 0, found = 0;
@@ -142,7 +142,7 @@ TEST(Perceive, APlainObjectIsNotMadeUp) {
 }
 
 TEST(Perceive, ABlankEyeIsNamed) {
-  Setting s;
+  PerceptionSetting s;
   RectifiedPair pair = s.pair();
   pair.right = harness::with_sensor_noise(ImageU8(640, 480, 3, 0), 2, 1, 20, 5);
   pair.right_grey = harness::to_grey(pair.right);
@@ -156,7 +156,7 @@ TEST(Perceive, ABlankEyeIsNamed) {
 }
 
 TEST(Perceive, EyesThatSeeDifferentThingsGiveNoDepth) {
-  Setting s;
+  PerceptionSetting s;
   RectifiedPair pair = s.pair();
   // The right eye looks at other noise.
   const harness::AnalyticScene elsewhere({}, {});

@@ -7,12 +7,12 @@
 namespace periplus::vision {
 namespace {
 
-const Pinhole kCamera = Pinhole::from_vertical_fov(160, 120, 0.5);
+const Pinhole kRawCamera = Pinhole::from_vertical_fov(160, 120, 0.5);
 
 CapturedView ideal_view() {
   CapturedView v;
-  v.left_calibration = CameraCalibration::ideal(kCamera);
-  v.right_calibration = CameraCalibration::ideal(kCamera, 0.144);
+  v.left_calibration = CameraCalibration::ideal(kRawCamera);
+  v.right_calibration = CameraCalibration::ideal(kRawCamera, 0.144);
   v.left = v.right = ImageU8(160, 120, 3);
   for (std::size_t i = 0; i < v.left.data.size(); ++i) v.left.data[i] = static_cast<std::uint8_t>(i * 7 % 251);
   return v;
@@ -25,7 +25,7 @@ TEST(Rectification, IdealImagesPassUntouched) {
   EXPECT_EQ(pair.left.data, v.left.data);
   EXPECT_EQ(pair.left_grey.channels, 1);
   EXPECT_NEAR(pair.rig.baseline, 0.144, 1e-12);
-  EXPECT_EQ(pair.rig.camera.fx, kCamera.fx);
+  EXPECT_EQ(pair.rig.camera.fx, kRawCamera.fx);
   EXPECT_TRUE(pair.X_WC.isApprox(X_WC));
 }
 
@@ -36,11 +36,11 @@ TEST(Rectification, ATurnedCameraIsTurnedBack) {
   v.left_calibration.R = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
   // A white column where the direction 0.05 rad right of the rectified axis falls in the raw image.
   v.left = ImageU8(160, 120, 3, 0);
-  const double u_raw = kCamera.cx + kCamera.fx * std::tan(0.05 - angle);
+  const double u_raw = kRawCamera.cx + kRawCamera.fx * std::tan(0.05 - angle);
   for (int y = 0; y < 120; ++y)
     for (int c = 0; c < 3; ++c) v.left.at(static_cast<int>(std::lround(u_raw)), y, c) = 255;
   const RectifiedPair pair = rectify(v, Pose::Identity());
-  const double u = kCamera.cx + kCamera.fx * std::tan(0.05);
+  const double u = kRawCamera.cx + kRawCamera.fx * std::tan(0.05);
   double weight = 0, sum = 0;
   for (int x = 0; x < 160; ++x) {
     weight += pair.left_grey.at(x, 60);
@@ -57,7 +57,7 @@ TEST(Rectification, RadialDistortionIsUndone) {
   CapturedView v = ideal_view();
   v.left_calibration.distortion = {0.3, 0, 0, 0, 0};
   v.left = ImageU8(160, 120, 1, 0);
-  const double r = 0.2, u_raw = kCamera.cx + kCamera.fx * r * (1 + 0.3 * r * r);
+  const double r = 0.2, u_raw = kRawCamera.cx + kRawCamera.fx * r * (1 + 0.3 * r * r);
   for (int y = 0; y < 120; ++y) v.left.at(static_cast<int>(std::lround(u_raw)), y) = 255;
   v.right = ImageU8(160, 120, 1);
   const RectifiedPair pair = rectify(v, Pose::Identity());
@@ -68,7 +68,7 @@ TEST(Rectification, RadialDistortionIsUndone) {
     sum += x * pair.left_grey.at(x, 60);
   }
   ASSERT_GT(weight, 0);
-  EXPECT_NEAR(sum / weight, kCamera.cx + kCamera.fx * r, 0.7);
+  EXPECT_NEAR(sum / weight, kRawCamera.cx + kRawCamera.fx * r, 0.7);
 }
 
 TEST(Rectification, RefusesWhatIsNoRectifiedPair) {

@@ -11,7 +11,7 @@
 namespace periplus::supervisor::cli {
 namespace {
 
-const std::string kTask = std::string(PERIPLUS_SOURCE_DIR) + "/deploy/tasks/bunny.yaml";
+const std::string kTaskText = std::string(PERIPLUS_SOURCE_DIR) + "/deploy/tasks/bunny.yaml";
 
 std::string message_of(const std::function<void()>& action) {
   try {
@@ -23,8 +23,8 @@ std::string message_of(const std::function<void()>& action) {
 }
 
 TEST(TaskInput, OverridesGoIntoTheTask) {
-  const Task plain = read_task(kTask, {}, "");
-  const Task task = read_task(kTask, {"stop.most_looks=6", "voxel_m=0.02", "dds.simulator=cyclonedds"}, "elsewhere");
+  const Task plain = read_task(kTaskText, {}, "");
+  const Task task = read_task(kTaskText, {"stop.most_looks=6", "voxel_m=0.02", "dds.simulator=cyclonedds"}, "elsewhere");
   EXPECT_NE(plain.stop.most_looks, 6);
   EXPECT_EQ(task.stop.most_looks, 6);
   EXPECT_EQ(task.voxel_m, 0.02);
@@ -37,8 +37,8 @@ TEST(TaskInput, ABareNameIsATaskThatCameAlong) { EXPECT_EQ(read_task("bunny", {}
 
 TEST(TaskInput, SaysWhatIsWrong) {
   EXPECT_NE(message_of([] { read_task("no-such-task", {}, ""); }).find("there is no task file no-such-task"), std::string::npos);
-  EXPECT_NE(message_of([] { read_task(kTask, {"voxel_m"}, ""); }).find("write --set"), std::string::npos);
-  EXPECT_NE(message_of([] { read_task(kTask, {"stop.most_lokos=3"}, ""); }).find("most_looks"), std::string::npos);
+  EXPECT_NE(message_of([] { read_task(kTaskText, {"voxel_m"}, ""); }).find("write --set"), std::string::npos);
+  EXPECT_NE(message_of([] { read_task(kTaskText, {"stop.most_lokos=3"}, ""); }).find("most_looks"), std::string::npos);
 }
 
 TEST(TaskInput, ErrorsNameTheLineOfTheFile) {
@@ -51,7 +51,7 @@ TEST(TaskInput, ErrorsNameTheLineOfTheFile) {
 }
 
 TEST(TaskInput, TheEnvironmentHoldsNoTruth) {
-  const EnvironmentTexts texts = read_environment(read_task(kTask, {}, ""));
+  const EnvironmentTexts texts = read_environment(read_task(kTaskText, {}, ""));
   EXPECT_FALSE(texts.scene_yaml.empty());
   EXPECT_EQ(texts.scene_yaml.find("truth"), std::string::npos);
   EXPECT_NE(texts.robot_urdf.find("<robot"), std::string::npos);
@@ -60,7 +60,7 @@ TEST(TaskInput, TheEnvironmentHoldsNoTruth) {
 TEST(TaskInput, ABrokenRobotIsRefusedWithItsFile) {
   const auto folder = std::filesystem::temp_directory_path() / ("periplus_task_input_test_" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);
-  Task task = read_task(kTask, {}, "");
+  Task task = read_task(kTaskText, {}, "");
   std::filesystem::copy(task.robot, folder / "robot.yaml");
   task.robot = folder / "robot.yaml";
   EXPECT_NE(message_of([&] { read_environment(task); }).find("robot.urdf"), std::string::npos);
@@ -76,7 +76,7 @@ TEST(TaskInput, TheTrueObjectsMeshMustBeThereAndWhole) {
     std::ofstream(folder / "scene.yaml") << "schema: periplus-scene-1\nname: s\nroom: {size_m: [4, 4, 2.5]}\n"
                                          << truth;
   };
-  Task task = read_task(kTask, {}, "");
+  Task task = read_task(kTaskText, {}, "");
   task.scene = folder / "scene.yaml";
   write_scene("");
   EXPECT_NO_THROW(check_true_object(task)) << "no truth, nothing to be loaded";
