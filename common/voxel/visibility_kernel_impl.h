@@ -167,8 +167,8 @@ class Kernel {
     const F x0 = Lanes::ceil(Lanes::min(Lanes::max(left, zero), width)), x1 = Lanes::ceil(Lanes::min(Lanes::max(right, zero), width));
     const F y0 = Lanes::ceil(Lanes::min(Lanes::max(top, zero), height)), y1 = Lanes::ceil(Lanes::min(Lanes::max(bottom, zero), height));
     const unsigned inside = Lanes::less(x0, x1) & Lanes::less(y0, y1) & live & ~behind;
-    unsigned todo = inside | near_ones;
-    if (todo == 0) return;
+    unsigned left_to_fill = inside | near_ones;
+    if (left_to_fill == 0) return;
     Lanes::store(x0_, Lanes::truncate(x0));
     Lanes::store(x1_, Lanes::truncate(x1));
     Lanes::store(y0_, Lanes::truncate(y0));
@@ -197,8 +197,8 @@ class Kernel {
       Lanes::store(left_start_[p], Lanes::select(a, start_a, start_b));
       Lanes::store(right_start_[p], Lanes::select(a, start_b, start_a));
     }
-    for (; todo != 0; todo &= todo - 1) {
-      const int i = __builtin_ctz(todo);
+    for (; left_to_fill != 0; left_to_fill &= left_to_fill - 1) {
+      const int i = __builtin_ctz(left_to_fill);
       std::uint32_t pixels;
       if (near_ones >> i & 1) {
         pixels = in.fill_near(in.context, x_[i], y_[i], z_[i]);
