@@ -1,3 +1,4 @@
+// What every vendor's participant must do; each vendor's test takes part.
 #include "common/dds/participant.h"
 
 #include <gtest/gtest.h>
@@ -6,37 +7,12 @@
 
 #include "common/core/error.h"
 #include "common/dds/codec_impl.h"
-#include "common/dds/testing/vendor_test.h"
+#include "common/dds/testing/participant_test.h"
 #include "idl/common.h"
 
 namespace periplus::dds {
-namespace {
 
 using namespace std::chrono_literals;
-
-class ParticipantTest : public ::testing::TestWithParam<std::string> {
- protected:
-  std::unique_ptr<Participant> join(const std::vector<std::string>& peers = {}) {
-    ParticipantSettings settings;
-    settings.options.name = "test";
-    settings.options.domain = domain_.id();
-    settings.options.peers = peers;
-    settings.interface = find_interface("lo");
-    return GetParam() == "fastdds" ? make_fastdds_participant(settings, matching_, bad_samples_)
-                                   : make_cyclonedds_participant(settings, matching_, bad_samples_);
-  }
-  static Take take(Reader& reader, void* sample) {
-    for (int i = 0; i < 500; ++i) {
-      if (reader.wait(10ms)) {
-        if (const Take taken = reader.take(sample); taken != Take::none) return taken;
-      }
-    }
-    return Take::none;
-  }
-  testing::TestDomain domain_;
-  EndpointMatching matching_;
-  std::atomic<std::uint64_t> bad_samples_{0};
-};
 
 TEST_P(ParticipantTest, EndpointsKnowEachOthersGuids) {
   const auto participant = join();
@@ -74,7 +50,4 @@ TEST_P(ParticipantTest, WakeEndsAWait) {
   waker.join();
 }
 
-INSTANTIATE_TEST_SUITE_P(, ParticipantTest, testing::each_vendor());
-
-}  // namespace
 }  // namespace periplus::dds

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -11,9 +10,14 @@
 
 #include "common/core/error.h"
 #include "common/core/random.h"
+#include "common/voxel/testing/random_scene.h"
 
 namespace periplus::voxel {
 namespace {
+
+using testing::center;
+using testing::random_grid;
+using testing::random_view;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -140,39 +144,6 @@ std::uint64_t difference(const Expected& e, const VisibilityResult& r) {
   return sum;
 }
 
-OccupancyGrid random_grid(Random& random, const Eigen::Vector3i& size, double fill) {
-  GridGeometry g;
-  g.X_WG = make_pose({0.3, -0.2, 0.7}, rotation_from_yaw_pitch_roll(random.uniform(-3, 3), 0.1, -0.2));
-  g.voxel_size = 0.02;
-  g.size = size;
-  OccupancyGrid grid(g);
-  for (int x = 0; x < size.x(); ++x) {
-    for (int y = 0; y < size.y(); ++y) {
-      for (int z = 0; z < size.z(); ++z) {
-        const double u = random.uniform();
-        grid.set_state({x, y, z}, u > fill          ? VoxelState::empty
-                                  : u > fill * 0.4  ? VoxelState::unknown
-                                  : u > fill * 0.15 ? VoxelState::known
-                                                    : VoxelState::environment);
-      }
-    }
-  }
-  return grid;
-}
-
-Eigen::Vector3d center(const GridGeometry& g) { return g.X_WG * (g.size.cast<double>() * g.voxel_size / 2); }
-
-Pose random_view(Random& random, const GridGeometry& g, double near, double far) {
-  Eigen::Vector3d d;
-  do {
-    d = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
-  } while (d.norm() > 1 || d.norm() < 0.1);
-  const Eigen::Vector3d p = center(g) + d.normalized() * random.uniform(near, far);
-  Pose X = look_at(p, center(g) + 0.1 * Eigen::Vector3d(random.normal(), random.normal(), random.normal()));
-  X.linear() = X.linear() * Eigen::AngleAxisd(random.uniform(-0.5, 0.5), Eigen::Vector3d::UnitZ());
-  return X;
-}
-
 const Pinhole kCamera = Pinhole::from_vertical_fov(200, 150, 0.6);
 
 TEST(Visibility, AgreesWithRayCastingFromOutside) {
@@ -293,37 +264,6 @@ TEST(Visibility, PairCountsWhatBothEyesSeeWithinTheRange) {
   EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {.depth_max = 0.9}, workspace).pixels, 0u);
   EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {.more_than_pixels = 150}, workspace).voxels, 0);
   EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {}, workspace).voxels, gain.voxels);  // the workspace keeps nothing
-}
-
-// Near, far, inside, through solids, voxels larger than sixteen rows, images whose sides are no multiple of a word.
-TEST(Visibility, EveryInstructionSetGivesTheSameBits) {
-  Random random(7);
-  for (int i = 0; i < 40; ++i) {
-    const OccupancyGrid grid = random_grid(random, Eigen::Vector3i(9 + random.below(30), 7 + random.below(30), 8 + random.below(30)), i % 2 == 0 ? 0.9 : 0.1);
-    std::vector<Eigen::Vector3i> watched;
-    for (int k = 0; k < 50; ++k) watched.emplace_back(static_cast<int>(random.below(9)), static_cast<int>(random.below(7)), static_cast<int>(random.below(8)));
-    const VisibilityScene scene(grid, {Occluder::sphere(center(grid.geometry()) + Eigen::Vector3d(0, 0, 0.3), 0.2)}, watched);
-    const Pinhole camera = Pinhole::from_vertical_fov(201 + random.below(60), 150 + random.below(60), random.uniform(0.2, 1.5));
-    const Pose X_WC = random_view(random, grid.geometry(), i % 4 == 0 ? 0.0 : 0.3, 1.5);
-    VisibilityWorkspace workspace;
-    workspace.simd = Simd::portable;
-    VisibilityResult expected, r;
-    scene.evaluate(X_WC, camera, workspace, expected);
-    for (const Simd simd : {Simd::avx2, Simd::avx512, Simd::best}) {
-      if (!has_simd(simd)) continue;
-      workspace.simd = simd;
-      scene.evaluate(X_WC, camera, workspace, r);
-      const auto same = [](const std::vector<VoxelPixels>& a, const std::vector<VoxelPixels>& b) {
-        return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) { return x.voxel == y.voxel && x.pixels == y.pixels; });
-      };
-      EXPECT_TRUE(same(r.unknown, expected.unknown)) << to_string(simd);
-      EXPECT_TRUE(same(r.watched, expected.watched)) << to_string(simd);
-      EXPECT_EQ(r.unknown_pixels, expected.unknown_pixels);
-      EXPECT_EQ(r.known_pixels, expected.known_pixels);
-      EXPECT_EQ(r.environment_pixels, expected.environment_pixels);
-      EXPECT_EQ(r.occluder_pixels, expected.occluder_pixels);
-    }
-  }
 }
 
 TEST(Visibility, FacesAndSurfaceOfASolidBlock) {
