@@ -5,7 +5,9 @@
 #include <sched.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -18,7 +20,7 @@ class NetworkPair {
   static constexpr char far_interface[] = "cable1", far_address[] = "10.99.0.2";
 
   // Runs body(pair) on a thread in the near network. Threads and processes that it starts are there too. False, without
-  // running it, where this process may not make network namespaces (it must be root).
+  // running it, where this process may not make network namespaces (it must be root) or this kernel has no veth.
   template <class Body>
   static bool run(Body body) {
     bool permitted = false;
@@ -26,9 +28,16 @@ class NetworkPair {
     std::thread([&] {
       permitted = geteuid() == 0 && unshare(CLONE_NEWNET) == 0;
       if (!permitted) return;
+      std::unique_ptr<NetworkPair> pair;
       try {
-        NetworkPair pair;
-        body(pair);
+        pair.reset(new NetworkPair);
+      } catch (const std::exception& error) {  // namespaces, but no cables
+        std::fprintf(stderr, "%s\n", error.what());
+        permitted = false;
+        return;
+      }
+      try {
+        body(*pair);
       } catch (const std::exception& error) {
         failure = error.what();
       }
@@ -36,6 +45,13 @@ class NetworkPair {
     if (!failure.empty()) throw std::runtime_error(failure);
     return permitted;
   }
+
+  ~NetworkPair() {
+    close(near_);
+    close(far_);
+  }
+  NetworkPair(const NetworkPair&) = delete;
+  NetworkPair& operator=(const NetworkPair&) = delete;
 
   // Runs `make` on the same thread in the far network.
   template <class Make>
@@ -75,11 +91,6 @@ class NetworkPair {
     });
     set_link(true);
   }
-  ~NetworkPair() {
-    close(near_);
-    close(far_);
-  }
-
   static void ip(const std::string& arguments) {
     if (std::system(("ip " + arguments).c_str()) != 0) throw std::runtime_error("ip " + arguments + " failed");
   }
