@@ -58,3 +58,16 @@ function(periplus_service name)
   install(FILES config/default.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/periplus/config RENAME ${name}.yaml COMPONENT ${program})
   _periplus_tests(${name} ${CMAKE_CURRENT_SOURCE_DIR} ${name}_parts TEST_DEPS ${A_TEST_DEPS})
 endfunction()
+
+# periplus_bench(visibility DEPS …): bench/visibility_bench.cpp as visibility_bench, built when asked for
+# (`ninja visibility_bench`), where Google Benchmark is installed.
+function(periplus_bench name)
+  cmake_parse_arguments(A "" "" "DEPS" ${ARGN})
+  find_package(benchmark QUIET)
+  if(benchmark_FOUND)
+    add_executable(${name}_bench EXCLUDE_FROM_ALL bench/${name}_bench.cpp)
+    periplus_target_defaults(${name}_bench)
+    target_link_libraries(${name}_bench PRIVATE ${A_DEPS} benchmark::benchmark_main)
+    target_compile_definitions(${name}_bench PRIVATE PERIPLUS_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  endif()
+endfunction()

@@ -91,5 +91,3 @@ BENCHMARK(octomap_cast_rays)->Arg(64)->Arg(128)->Unit(benchmark::kMillisecond)->
 
 }  // namespace
 }  // namespace periplus::voxel
-
-BENCHMARK_MAIN();
