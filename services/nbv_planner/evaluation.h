@@ -37,6 +37,13 @@ struct Evaluation {
   double visible_landmarks = 0;     // sum of ls ln
   Violation violation = Violation::none;
 };
+// For task_numbers.h: every field. A new one changes the size and belongs here as well.
+template <class Fields>
+void visit_fields(Fields& fields, Evaluation& e) {
+  static_assert(sizeof(Evaluation) == 88);
+  fields(e.gain.voxels, e.gain.pixels, e.k_height, e.k_roll, e.k_pitch, e.k_distance, e.k_far, e.k_landmarks,
+         e.k_forbidden, e.visible_landmarks, e.violation);
+}
 
 // Immutable but for the workspaces: may be shared between threads.
 class Evaluator {

@@ -39,6 +39,10 @@ struct Sample {
   int voxels = 0;                // estimate of N_u
   double landmarks = 0;          // estimate of the sum of ls ln
 };
+template <class Fields>
+void visit_fields(Fields& fields, Sample& s) {
+  fields(s.X_WC, s.voxels, s.landmarks);
+}
 
 // One wide rendering from p_W (left eye's position, roll 0).
 Sample look_around(const Evaluator& evaluator, const Eigen::Vector3d& p_W, voxel::VisibilityWorkspace& workspace);

@@ -3,12 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <exception>
-#include <map>
-#include <memory>
 #include <numbers>
 #include <optional>
-#include <thread>
 
 #include "common/core/error.h"
 #include "common/core/random.h"
@@ -24,44 +20,51 @@ constexpr double kFarthestDraw = 2.3;   // from the face or the box [m]
 constexpr double kInnerHeights = 0.75;  // of the height range: nearer to its bounds Kz costs more than is to be won
 constexpr double kWorthwhile = 0.5;     // a run that improves f_e by less was the last
 
+// Looked around from before time may run out: somewhere there is a view then.
+constexpr int kLeastPlaces = 16;
+
 struct Candidate {
   Pose X_WC = Pose::Identity();
   Evaluation evaluation;
 };
+template <class Fields>
+void visit_fields(Fields& fields, Candidate& c) {
+  fields(c.X_WC, c.evaluation);
+}
+
+// What became of a start.
+struct Refined {
+  Candidate end;
+  std::optional<Candidate> best;  // feasible, of all that were evaluated on the way
+  int evaluations = 0;
+};
+template <class Fields>
+void visit_fields(Fields& fields, Refined& r) {
+  fields(r.end, r.best, r.evaluations);
+}
+
+// A place that was drawn, with its best orientation if there is a feasible one.
+struct Place {
+  std::optional<Sample> sample;
+};
+template <class Fields>
+void visit_fields(Fields& fields, Place& p) {
+  fields(p.sample);
+}
 
 double position_distance(const Pose& a, const Pose& b) { return (a.translation() - b.translation()).norm(); }
 
 class Search {
  public:
   Search(const Situation& situation, std::uint64_t seed, const SearchSettings& settings, const Evaluator& evaluator,
-         const std::function<void(double)>& poll)
-      : s_(situation), seed_(seed), settings_(settings), evaluator_(evaluator), poll_(poll) {
-    workspaces_.resize(std::clamp(settings.threads, 1, 64));
+         TaskRunner& runner, const std::function<void(double)>& poll)
+      : s_(situation), seed_(seed), settings_(settings), evaluator_(evaluator), runner_(runner), poll_(poll) {
+    workspaces_.resize(runner.workers());
   }
 
   PlannedView run();
 
  private:
-  // Task i goes to thread i mod n; what a task does depends on i alone, so the results do not depend on n.
-  void parallel(int count, const std::function<void(int, Evaluator::Workspace&)>& task) {
-    const int n = std::min<int>(static_cast<int>(workspaces_.size()), std::max(count, 1));
-    std::vector<std::exception_ptr> errors(n);
-    const auto work = [&](int thread) {
-      try {
-        for (int i = thread; i < count; i += n) task(i, workspaces_[thread]);
-      } catch (...) {
-        errors[thread] = std::current_exception();
-      }
-    };
-    std::vector<std::jthread> others;
-    for (int t = 1; t < n; ++t) others.emplace_back(work, t);
-    work(0);
-    others.clear();
-    for (const auto& e : errors) {
-      if (e) std::rethrow_exception(e);
-    }
-  }
-
   void progress(double share) const {
     if (poll_) poll_(share);
   }
@@ -88,15 +91,15 @@ class Search {
   std::vector<Candidate> evaluate_samples(const std::vector<Sample>& samples, int count);
   // The first `count` of `sorted`, at least `apart` from each other [m].
   static std::vector<Candidate> spread(const std::vector<Candidate>& sorted, int count, double apart);
-  // Runs of BOBYQA from `start`, at most `budget` evaluations; `best` takes the feasible.
-  Candidate refine(const Candidate& start, int runs, int budget, Evaluator::Workspace& workspace,
-                   std::optional<Candidate>& best, int& evaluations) const;
+  // Runs of BOBYQA from `start`, at most `budget` evaluations.
+  Refined refine(const Candidate& start, int runs, int budget, Evaluator::Workspace& workspace) const;
   std::vector<Candidate> stage(const std::vector<Candidate>& starts, int runs, int budget_each);
 
   const Situation& s_;
   std::uint64_t seed_;
   SearchSettings settings_;
   const Evaluator& evaluator_;
+  TaskRunner& runner_;
   const std::function<void(double)>& poll_;
   std::vector<Evaluator::Workspace> workspaces_;
   std::vector<voxel::VisibilityScene::Face> faces_;
@@ -138,19 +141,28 @@ std::optional<Eigen::Vector3d> Search::draw_place(int i, Random& random) const {
 }
 
 std::vector<Sample> Search::look_around_places(int count) {
-  std::vector<std::optional<Sample>> drawn(count);
-  parallel(count, [&](int i, Evaluator::Workspace& w) {
-    Random random(seed_ + 0x632be59bd9b4e019ULL * static_cast<std::uint64_t>(i + 1));
-    const auto p = draw_place(i, random);
-    if (!p) return;
-    const Sample sample = look_around(evaluator_, *p, w.visibility);
-    if (evaluator_.constraints().check(sample.X_WC) == Violation::none) drawn[i] = sample;
-  });
   std::vector<Sample> samples;
-  for (const auto& d : drawn) {
-    if (d) samples.push_back(*d);
+  // With time out before anything feasible was found, on it goes: that no place is reachable must be true when it is said.
+  for (int begun = 0; samples.empty() && begun < count;) {
+    const auto drawn = runner_.map<Place>(
+        count - begun,
+        [&](int i, int worker) {
+          Random random(seed_ + 0x632be59bd9b4e019ULL * static_cast<std::uint64_t>(begun + i + 1));
+          Place place;
+          const auto p = draw_place(begun + i, random);
+          if (!p) return place;
+          const Sample sample = look_around(evaluator_, *p, workspaces_[worker].visibility);
+          if (evaluator_.constraints().check(sample.X_WC) == Violation::none) place.sample = sample;
+          return place;
+        },
+        kLeastPlaces);
+    for (const auto& place : drawn) {
+      if (!place) continue;
+      ++begun;
+      if (place->sample) samples.push_back(*place->sample);
+    }
+    result_.evaluations = begun;
   }
-  result_.evaluations += count;
   return samples;
 }
 
@@ -181,10 +193,18 @@ std::vector<Candidate> Search::evaluate_samples(const std::vector<Sample>& sampl
     if (!close) chosen.push_back({X, {}});
     if (static_cast<int>(chosen.size()) >= count) break;
   }
-  parallel(static_cast<int>(chosen.size()),
-           [&](int i, Evaluator::Workspace& w) { chosen[i].evaluation = evaluator_.evaluate(chosen[i].X_WC, w); });
-  result_.evaluations += static_cast<int>(chosen.size());
-  return chosen;
+  const auto evaluated = runner_.map<Candidate>(
+      static_cast<int>(chosen.size()),
+      [&](int i, int worker) {
+        return Candidate{chosen[i].X_WC, evaluator_.evaluate(chosen[i].X_WC, workspaces_[worker])};
+      },
+      1);
+  std::vector<Candidate> candidates;
+  for (const auto& c : evaluated) {
+    if (c) candidates.push_back(*c);
+  }
+  result_.evaluations += static_cast<int>(candidates.size());
+  return candidates;
 }
 
 std::vector<Candidate> Search::spread(const std::vector<Candidate>& sorted, int count, double apart) {
@@ -198,12 +218,12 @@ std::vector<Candidate> Search::spread(const std::vector<Candidate>& sorted, int 
   return chosen;
 }
 
-Candidate Search::refine(const Candidate& start, int runs, int budget, Evaluator::Workspace& workspace,
-                         std::optional<Candidate>& best, int& evaluations) const {
+Refined Search::refine(const Candidate& start, int runs, int budget, Evaluator::Workspace& workspace) const {
   const robot::ViewLimits& l = s_.limits;
   const double voxel = evaluator_.visibility().geometry().voxel_size;
-  Candidate at = start;
-  for (int run = 0; run < runs && budget > 0; ++run) {
+  Refined refined;
+  Candidate& at = refined.end = start;
+  for (int run = 0; run < runs && budget > 0 && !runner_.out_of_time(); ++run) {
     const Pose X_start = at.X_WC;
     const double nearest = evaluator_.constraints().nearest_voxel(X_start.translation());
     const double distance = std::isfinite(nearest) ? std::clamp(nearest, 0.3, 3.0) : 1.0;
@@ -221,7 +241,7 @@ Candidate Search::refine(const Candidate& start, int runs, int budget, Evaluator
     const auto value = [&](const std::vector<double>& x) {
       Candidate c{pose_of(x), {}};
       c.evaluation = evaluator_.evaluate(c.X_WC, workspace);
-      offer(c, best);
+      offer(c, refined.best);
       const double score = f(c.evaluation);
       if (score < f(at.evaluation)) at = c;
       return score;
@@ -235,22 +255,22 @@ Candidate Search::refine(const Candidate& start, int runs, int budget, Evaluator
     options.max_evaluations = std::min(settings_.run_evaluations, budget);
     const LocalSearchResult found = minimize(value, {0, 0, 0, 0, 0}, options);
     budget -= found.evaluations;
-    evaluations += found.evaluations;
+    refined.evaluations += found.evaluations;
     if (before - f(at.evaluation) < kWorthwhile) break;
   }
-  return at;
+  return refined;
 }
 
 std::vector<Candidate> Search::stage(const std::vector<Candidate>& starts, int runs, int budget_each) {
-  std::vector<Candidate> ends(starts.size());
-  std::vector<std::optional<Candidate>> best(starts.size());
-  std::vector<int> evaluations(starts.size(), 0);
-  parallel(static_cast<int>(starts.size()), [&](int i, Evaluator::Workspace& w) {
-    ends[i] = refine(starts[i], runs, budget_each, w, best[i], evaluations[i]);
+  const auto refined = runner_.map<Refined>(static_cast<int>(starts.size()), [&](int i, int worker) {
+    return refine(starts[i], runs, budget_each, workspaces_[worker]);
   });
+  std::vector<Candidate> ends;
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    if (best[i]) offer(*best[i], best_);
-    result_.evaluations += evaluations[i];
+    ends.push_back(refined[i] ? refined[i]->end : starts[i]);
+    if (!refined[i]) continue;
+    if (refined[i]->best) offer(*refined[i]->best, best_);
+    result_.evaluations += refined[i]->evaluations;
   }
   std::stable_sort(ends.begin(), ends.end(),
                    [&](const Candidate& a, const Candidate& b) { return f(a.evaluation) < f(b.evaluation); });
@@ -299,16 +319,23 @@ PlannedView Search::run() {
   result_.f_e = f(best_->evaluation);
   result_.gain_scale = gain_scale_;
   result_.landmark_term = evaluator_.landmark_term();
+  result_.cut_short = runner_.out_of_time();
   return result_;
 }
 
 }  // namespace
 
+PlannedView plan_view(const Evaluator& evaluator, std::uint64_t seed, const SearchSettings& search, TaskRunner& runner,
+                      const std::function<void(double)>& poll) {
+  return Search(evaluator.situation(), seed, search, evaluator, runner, poll).run();
+}
+
 PlannedView plan_view(const Situation& situation, std::uint64_t seed, const SearchSettings& search,
                       const EvaluationSettings& evaluation, const ConstraintSettings& constraints,
                       const std::function<void(double)>& poll) {
   const Evaluator evaluator(situation, evaluation, constraints);
-  return Search(situation, seed, search, evaluator, poll).run();
+  ThreadRunner runner(search.threads);
+  return plan_view(evaluator, seed, search, runner, poll);
 }
 
 }  // namespace periplus::nbv

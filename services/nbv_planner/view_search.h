@@ -9,7 +9,7 @@
 // The answer is the best evaluated pose that satisfies every hard constraint: those with gain before those without,
 // then by f_e.
 //
-// World frame, metres, radians. Deterministic: the same bytes for any number of threads.
+// World frame, metres, radians. Deterministic: the same bytes for any number of threads and processes (task_runner.h).
 #pragma once
 
 #include <cstdint>
@@ -20,6 +20,7 @@
 
 #include "services/nbv_planner/evaluation.h"
 #include "services/nbv_planner/situation.h"
+#include "services/nbv_planner/task_runner.h"
 
 namespace periplus::nbv {
 
@@ -44,12 +45,18 @@ struct PlannedView {
   double gain_scale = 0;         // greatest N_u among the samples: lz, lx and ly of 3.15
   int evaluations = 0;
   bool landmark_term = false;
+  bool cut_short = false;        // the runner's time was out before the search had ended by itself
   std::vector<std::pair<std::string, double>> seconds;  // by stage
 };
 
+// All work goes through `runner`: the same bytes for any runner that has no wall-clock limit. With one, the best that was
+// found in time; at least a few places are looked around from in any case.
 // `poll` is called now and then from the caller's thread, with the share done (0..1); it may throw to give up.
 // Throws Error(nbv_no_reachable_view) if no pose satisfies the hard constraints, Error(bad_input | not_finite) for a
 // situation that cannot be, naming what to change. No unknown voxel that can be seen: a view with gain 0.
+PlannedView plan_view(const Evaluator& evaluator, std::uint64_t seed, const SearchSettings& search, TaskRunner& runner,
+                      const std::function<void(double)>& poll = {});
+// The same with `search.threads` threads of this process.
 PlannedView plan_view(const Situation& situation, std::uint64_t seed, const SearchSettings& search,
                       const EvaluationSettings& evaluation, const ConstraintSettings& constraints,
                       const std::function<void(double)>& poll = {});

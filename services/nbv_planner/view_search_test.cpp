@@ -133,6 +133,65 @@ TEST(ViewSearch, SameBytesForAnyNumberOfThreads) {
   EXPECT_FALSE(same(one, plan(s, 7, search)));
 }
 
+// Every result as another process would send it.
+class WritingRunner : public ThreadRunner {
+ public:
+  WritingRunner() : ThreadRunner(1) {}
+  int read = 0;
+
+ protected:
+  void run(const Stage& stage) override {
+    ThreadRunner::run(stage);
+    for (int i = stage.count - 1; i >= 0; --i, ++read) {
+      Numbers numbers;
+      stage.write(i, numbers);
+      stage.compute((i + 1) % stage.count, 0);  // what a worker did before must not show
+      stage.read(i, numbers);
+    }
+  }
+};
+
+TEST(ViewSearch, SameBytesIfOtherProcessesDidTheTasks) {
+  const Situation s = testing::around_the_origin(20, [](int x, int y, int z) {
+    return (x * y + z) % 7 == 0 ? VoxelState::empty : (x + y * z) % 3 == 0 ? VoxelState::unknown : VoxelState::known;
+  });
+  SearchSettings search = quick();
+  search.samples = 24;
+  search.detailed = 12;
+  search.max_evaluations = 150;
+  WritingRunner runner;
+  const Evaluator evaluator(s, {}, {});
+  EXPECT_TRUE(same(plan(s, 6, search), plan_view(evaluator, 6, search, runner)));
+  EXPECT_GT(runner.read, 30);
+}
+
+TEST(ViewSearch, WithoutTimeTheBestOfAFewComesBack) {
+  const Situation s = testing::patch_at_plus_x();
+  const Evaluator evaluator(s, {}, {});
+  ThreadRunner none(2, ThreadRunner::Clock::now());
+  const PlannedView v = plan_view(evaluator, 1, quick(), none);
+  EXPECT_TRUE(v.cut_short);
+  EXPECT_EQ(v.evaluation.violation, Violation::none);
+  EXPECT_GT(v.evaluation.gain.voxels, 0);
+  EXPECT_LT(v.evaluations, 40);
+  ThreadRunner enough(2, ThreadRunner::Clock::now() + std::chrono::hours(1));
+  const PlannedView w = plan_view(evaluator, 1, quick(), enough);
+  EXPECT_FALSE(w.cut_short);
+  EXPECT_TRUE(same(w, plan(s)));
+}
+
+TEST(ViewSearch, TimeIsNoReasonToCallAPlaceUnreachable) {
+  // Only a few of the places drawn are feasible: a narrow ring of distances.
+  Situation s = testing::patch_at_plus_x();
+  s.limits.distance_min = 0.9;
+  s.limits.distance_max = 0.93;
+  const Evaluator evaluator(s, {}, {});
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    ThreadRunner none(1, ThreadRunner::Clock::now());
+    EXPECT_EQ(plan_view(evaluator, seed, quick(), none).evaluation.violation, Violation::none);
+  }
+}
+
 TEST(ViewSearch, PollMayGiveUp) {
   const Situation s = testing::patch_at_plus_x();
   const auto give_up = [](double) { throw std::runtime_error("cancelled"); };
