@@ -329,9 +329,15 @@ VisibilityKernel kernel_of(Simd simd) {
 }
 }  // namespace
 
-void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, VisibilityWorkspace& workspace, VisibilityResult& result) const {
+void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const ViewOptions& options, VisibilityWorkspace& workspace,
+                               VisibilityResult& result) const {
   require(is_finite(X_WC), ErrorCode::not_finite, "the camera pose has a number that is not finite; give a rigid pose");
-  camera.check();
+  const double intrinsics[] = {camera.fx, camera.fy, camera.cx, camera.cy};
+  require(camera.width >= 1 && camera.width <= 8192 && camera.height >= 1 && camera.height <= 8192 && camera.fx > 0 && camera.fy > 0 &&
+              std::all_of(std::begin(intrinsics), std::end(intrinsics), [](double x) { return std::isfinite(x); }),
+          ErrorCode::bad_input, "a camera needs sides of 1 to 8192 px, positive focal lengths and a finite principal point");
+  require(options.depth_min <= options.depth_max && options.more_than_pixels >= 0, ErrorCode::bad_input,
+          "a depth range needs depth_min <= depth_max, a pixel threshold 0 or more");
   const VisibilityKernel kernel = kernel_of(workspace.simd);
   result.occluder_pixels = 0;
 
@@ -395,44 +401,57 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, Visibili
   in.context = &raster;
   in.fill_near = [](void* context, int x, int y, int z) { return static_cast<Raster*>(context)->fill_near_voxel(x, y, z); };
 
-  if (workspace.unknown.size() < surface_) workspace.unknown.resize(surface_);
-  if (workspace.watched.size() < watched_) workspace.watched.resize(watched_);
+  in.depth_min = static_cast<float>(options.depth_min);
+  in.depth_max = static_cast<float>(options.depth_max);
+  in.more_than_pixels = static_cast<std::uint32_t>(options.more_than_pixels);
+
   VisibilityKernelOutput out{};
-  out.unknown = workspace.unknown.data();
-  out.watched = workspace.watched.data();
+  out.unknown = result.unknown.reserve(surface_);
+  out.watched = result.watched.reserve(watched_);
   kernel(in, out);
-  result.unknown.assign(out.unknown, out.unknown + out.unknown_count);
-  result.watched.assign(out.watched, out.watched + out.watched_count);
+  result.unknown.set_size(out.unknown_count);
+  result.watched.set_size(out.watched_count);
   result.unknown_pixels = out.unknown_pixels;
   result.known_pixels = out.known_pixels;
   result.environment_pixels = out.environment_pixels;
 }
 
-VisibilityResult VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera) const {
+VisibilityResult VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const ViewOptions& options) const {
   VisibilityWorkspace workspace;
   VisibilityResult result;
-  evaluate(X_WC, camera, workspace, result);
+  evaluate(X_WC, camera, options, workspace, result);
   return result;
 }
 
 PairGain VisibilityScene::evaluate_pair(const Pose& X_WC, const StereoRig& rig, const PairOptions& options,
                                         VisibilityWorkspace& w) const {
-  rig.check();
-  w.left_pixels.resize(static_cast<std::size_t>(geometry_.size.x()) * geometry_.size.y() * geometry_.size.z(), 0);
-  evaluate(X_WC, rig.camera, w, w.left);
-  evaluate(X_WC * Pose(Eigen::Translation3d(rig.baseline, 0, 0)), rig.camera, w, w.right);
-  for (const VoxelPixels& v : w.left.unknown) w.left_pixels[v.voxel] = v.pixels;
-  const Pose X_CW = X_WC.inverse();
   const std::uint32_t threshold = static_cast<std::uint32_t>(std::max(0, options.more_than_pixels));
+  const ViewOptions view{options.depth_min, options.depth_max, 0};
   PairGain gain;
-  for (const VoxelPixels& v : w.right.unknown) {
-    const std::uint32_t both = std::min(v.pixels, w.left_pixels[v.voxel]);
-    if (both == 0) continue;
-    const double depth = (X_CW * geometry_.center_world(voxel(v.voxel))).z();
-    if (depth < options.depth_min || depth > options.depth_max) continue;
-    gain.pixels += both;
-    gain.voxels += both > threshold;
+  const auto count = [&](VoxelPixels both) {
+    gain.pixels += both.pixels;
+    gain.voxels += both.pixels > threshold;
+    return both;
+  };
+  evaluate(X_WC, rig.camera, view, w, w.left);
+  if (rig.baseline == 0) {
+    w.right.clear();
+    VoxelPixels* both = w.both.reserve(w.left.unknown.size());
+    for (const VoxelPixels& v : w.left.unknown) *both++ = count(v);
+    w.both.set_size(w.left.unknown.size());
+    return gain;
   }
+  rig.check();
+  evaluate(X_WC * Pose(Eigen::Translation3d(rig.baseline, 0, 0)), rig.camera, view, w, w.right);
+  w.left_pixels.resize(static_cast<std::size_t>(geometry_.size.x()) * geometry_.size.y() * geometry_.size.z(), 0);
+  for (const VoxelPixels& v : w.left.unknown) w.left_pixels[v.voxel] = v.pixels;
+  VoxelPixels* both = w.both.reserve(std::min(w.left.unknown.size(), w.right.unknown.size()));
+  std::size_t n = 0;
+  for (const VoxelPixels& v : w.right.unknown) {
+    const std::uint32_t pixels = std::min(v.pixels, w.left_pixels[v.voxel]);
+    if (pixels != 0) both[n++] = count({v.voxel, pixels});
+  }
+  w.both.set_size(n);
   for (const VoxelPixels& v : w.left.unknown) w.left_pixels[v.voxel] = 0;
   return gain;
 }

@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "common/geometry/camera.h"
@@ -34,11 +35,47 @@ struct Occluder {
   static Occluder sphere(const Eigen::Vector3d& p_WS, double diameter);
 };
 
+// A list that a rendering fills in place: its room stays from call to call and is never cleared.
+class VoxelList {
+ public:
+  const VoxelPixels* begin() const { return room_.data(); }
+  const VoxelPixels* end() const { return room_.data() + size_; }
+  std::size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  const VoxelPixels& operator[](std::size_t i) const { return room_[i]; }
+
+  void clear() { size_ = 0; }
+  // Room for `most` entries, to be written from there on; then say how many there are.
+  VoxelPixels* reserve(std::size_t most) {
+    if (room_.size() < most) room_.resize(most);
+    return room_.data();
+  }
+  void set_size(std::size_t size) { size_ = size; }
+
+ private:
+  std::vector<VoxelPixels> room_;
+  std::size_t size_ = 0;
+};
+
+// Which visible voxels count. What does not count still hides what is behind it.
+struct ViewOptions {
+  // Of the voxel's centre along the optical axis, ends included [m]. The narrower, the faster: what lies beyond is not drawn.
+  double depth_min = 0, depth_max = std::numeric_limits<double>::infinity();
+  int more_than_pixels = 0;  // only voxels with more visible pixels are listed; sums are over all
+};
+
+// Lists and sums are over the voxels that ViewOptions lets count.
 struct VisibilityResult {
-  std::vector<VoxelPixels> unknown;  // visible unknown voxels, nearest bricks first
-  std::vector<VoxelPixels> watched;  // visible watched voxels
+  VoxelList unknown;  // visible unknown voxels, nearest bricks first; each once
+  VoxelList watched;  // visible watched voxels, of any state
   std::uint64_t unknown_pixels = 0, known_pixels = 0, environment_pixels = 0;
   std::uint64_t occluder_pixels = 0;  // covered by solids in front of the grid
+
+  void clear() {
+    unknown.clear();
+    watched.clear();
+    unknown_pixels = known_pixels = environment_pixels = occluder_pixels = 0;
+  }
 };
 
 // What both eyes see of the unknown within the depth range of the pair.
@@ -60,12 +97,16 @@ const char* to_string(Simd simd);
 // One per thread; reused from call to call so that nothing is allocated in a search.
 struct VisibilityWorkspace {
   Simd simd = Simd::best;
+  // After evaluate_pair: what each eye sees in the depth range (any number of pixels), and the unknown voxels that both see,
+  // with the smaller of their two pixel counts. N_u are those of `both` with more than PairOptions::more_than_pixels.
+  VisibilityResult left, right;
+  VoxelList both;
+
+  // Scratch of the kernel.
   std::vector<std::uint32_t> coverage;
   std::array<std::vector<std::int32_t>, 3> brick_order;
   std::array<std::vector<std::int8_t>, 3> cell_order, side;
-  std::vector<VoxelPixels> unknown, watched;  // room for all that can be visible
   std::vector<std::uint32_t> left_pixels;
-  VisibilityResult left, right;
 };
 
 // Built once for a revision of the grid; immutable, may be shared between threads.
@@ -76,12 +117,18 @@ class VisibilityScene {
   explicit VisibilityScene(const OccupancyGrid& grid, const std::vector<Occluder>& occluders = {},
                            const std::vector<Eigen::Vector3i>& watched = {});
 
-  // The camera may stand anywhere, inside the grid's box too; a voxel that contains it is not seen.
-  // Throws Error(not_finite) for a pose that is not finite, Error(bad_input) for an impossible camera.
-  void evaluate(const Pose& X_WC, const Pinhole& camera, VisibilityWorkspace& workspace, VisibilityResult& result) const;
-  VisibilityResult evaluate(const Pose& X_WC, const Pinhole& camera) const;
+  // The camera may stand anywhere, inside the grid's box too; a voxel that contains it is not seen. Any pinhole will do, with
+  // its principal point outside the image and as large as a panorama of 2560 x 1920.
+  // Throws Error(not_finite) for a pose that is not finite, Error(bad_input) for an impossible camera or range.
+  void evaluate(const Pose& X_WC, const Pinhole& camera, const ViewOptions& options, VisibilityWorkspace& workspace,
+                VisibilityResult& result) const;
+  void evaluate(const Pose& X_WC, const Pinhole& camera, VisibilityWorkspace& workspace, VisibilityResult& result) const {
+    evaluate(X_WC, camera, {}, workspace, result);
+  }
+  VisibilityResult evaluate(const Pose& X_WC, const Pinhole& camera, const ViewOptions& options = {}) const;
 
-  // Left eye at X_WC. Leaves both eyes' results in the workspace.
+  // Left eye at X_WC. Leaves workspace.left, right and both. A rig without baseline is one camera: it is evaluated once, `both`
+  // is what it sees, and `right` is left empty.
   PairGain evaluate_pair(const Pose& X_WC, const StereoRig& rig, const PairOptions& options,
                          VisibilityWorkspace& workspace) const;
 

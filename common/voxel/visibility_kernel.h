@@ -35,6 +35,8 @@ struct VisibilityKernelInput {
   float m[3][4];                    // (u w, v w, w) of a point of the grid frame [voxels]; w in metres
   float step[3][8];                 // of corner c (bits x, y, z) from corner 0
   float near;                       // what is nearer to the camera's plane is cut off [m]
+  float depth_min, depth_max;       // of a voxel's centre along the optical axis: others occlude, but are neither listed nor summed [m]
+  std::uint32_t more_than_pixels;   // voxels with fewer visible pixels are summed but not listed
   std::int32_t width, height, rows;
   std::uint32_t* coverage;
   // Silhouettes of a voxel by 9 side_x + 3 side_y + side_z: corners in turn, counter-clockwise as seen.

@@ -66,6 +66,8 @@ class Kernel {
     const F w = Lanes::add(Lanes::mul(Lanes::load_twice(in.step[2]), eight), Lanes::set(base[2]));
     const unsigned behind = Lanes::less(w, Lanes::set(in.near)) & 255u;
     if (behind == 255u) return false;
+    // Wholly beyond the depth range it hides only what lies there too.
+    if (Lanes::less(Lanes::set(in.depth_max), w) == 0xffffu) return false;
     if (behind != 0) return true;
     const F u = Lanes::div(Lanes::add(Lanes::mul(Lanes::load_twice(in.step[0]), eight), Lanes::set(base[0])), w);
     const F v = Lanes::div(Lanes::add(Lanes::mul(Lanes::load_twice(in.step[1]), eight), Lanes::set(base[1])), w);
@@ -162,6 +164,8 @@ class Kernel {
       bottom = Lanes::max(bottom, v[i]);
     }
     const unsigned near_ones = behind & ahead & live;
+    const F depth = Lanes::add(h[2], Lanes::set(0.5f * in.step[2][7]));
+    const unsigned out_of_range = Lanes::less(depth, Lanes::set(in.depth_min)) | Lanes::less(Lanes::set(in.depth_max), depth);
     const F zero = Lanes::set(0.0f), width = Lanes::set(static_cast<float>(in.width)), height = Lanes::set(static_cast<float>(in.height));
     // Clamped before they become integers, then [x0, x1) x [y0, y1) holds every pixel that the silhouette can cover.
     const F x0 = Lanes::ceil(Lanes::min(Lanes::max(left, zero), width)), x1 = Lanes::ceil(Lanes::min(Lanes::max(right, zero), width));
@@ -207,7 +211,7 @@ class Kernel {
       } else {
         pixels = pairs == 3 ? fill<3>(i) : fill<2>(i);
       }
-      if (pixels != 0) account(i, pixels);
+      if (pixels != 0 && (out_of_range >> i & 1) == 0) account(i, pixels);
     }
   }
 
@@ -264,13 +268,13 @@ class Kernel {
                            pixels};
     if (brick_->unknown[x] >> bit & 1) {
       out.unknown_pixels += pixels;
-      out.unknown[out.unknown_count++] = seen;
+      if (pixels > in.more_than_pixels) out.unknown[out.unknown_count++] = seen;
     } else if (brick_->environment[x] >> bit & 1) {
       out.environment_pixels += pixels;
     } else {
       out.known_pixels += pixels;
     }
-    if (brick_->watched[x] >> bit & 1) out.watched[out.watched_count++] = seen;
+    if ((brick_->watched[x] >> bit & 1) && pixels > in.more_than_pixels) out.watched[out.watched_count++] = seen;
   }
 
   const VisibilityKernelInput& in;

@@ -266,6 +266,111 @@ TEST(Visibility, PairCountsWhatBothEyesSeeWithinTheRange) {
   EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {}, workspace).voxels, gain.voxels);  // the workspace keeps nothing
 }
 
+// The options leave out exactly what they say: the same list as an evaluation of everything, filtered.
+TEST(Visibility, RangeAndThresholdFilterTheList) {
+  Random random(8);
+  std::size_t listed = 0, dropped = 0;
+  for (int i = 0; i < 12; ++i) {
+    const OccupancyGrid grid = random_grid(random, {30, 26, 28}, i % 2 == 0 ? 0.9 : 0.1);
+    std::vector<Eigen::Vector3i> watched;
+    for (int k = 0; k < 300; ++k) watched.emplace_back(random.below(30), random.below(26), random.below(28));
+    const VisibilityScene scene(grid, {}, watched);
+    const Pose X_WC = random_view(random, grid.geometry(), 0.0, 1.0);
+    const double middle = (X_WC.inverse() * center(grid.geometry())).z();
+    const ViewOptions options{middle - 0.15, middle + 0.1, 8};
+    const VisibilityResult all = scene.evaluate(X_WC, kCamera), some = scene.evaluate(X_WC, kCamera, options);
+    std::uint64_t pixels = 0;
+    const auto filtered = [&](const VoxelList& list, bool sum) {
+      std::vector<std::uint32_t> kept;
+      for (const VoxelPixels& v : list) {
+        const double depth = (X_WC.inverse() * grid.geometry().center_world(scene.voxel(v.voxel))).z();
+        if (depth < options.depth_min || depth > options.depth_max) continue;
+        if (sum) pixels += v.pixels;
+        if (v.pixels > 8) kept.push_back(v.voxel);
+      }
+      return kept;
+    };
+    const auto voxels = [](const VoxelList& list) {
+      std::vector<std::uint32_t> v;
+      for (const VoxelPixels& p : list) v.push_back(p.voxel);
+      return v;
+    };
+    EXPECT_EQ(voxels(some.unknown), filtered(all.unknown, true));
+    EXPECT_EQ(some.unknown_pixels, pixels);
+    EXPECT_EQ(voxels(some.watched), filtered(all.watched, false));
+    listed += some.unknown.size();
+    dropped += all.unknown.size() - some.unknown.size();
+  }
+  EXPECT_GT(listed, 200u);
+  EXPECT_GT(dropped, 1000u);
+}
+
+TEST(Visibility, PairListsWhatBothEyesSee) {
+  Random random(9);
+  const OccupancyGrid grid = random_grid(random, {30, 30, 30}, 0.6);
+  const VisibilityScene scene(grid);
+  VisibilityWorkspace w;
+  const StereoRig rig{kCamera, 0.1};
+  for (int i = 0; i < 6; ++i) {
+    const Pose X_WC = random_view(random, grid.geometry(), 0.7, 1.2);
+    const PairGain gain = scene.evaluate_pair(X_WC, rig, {}, w);
+    std::map<std::uint32_t, std::uint32_t> right;
+    for (const auto& v : w.right.unknown) right[v.voxel] = v.pixels;
+    std::map<std::uint32_t, std::uint32_t> expected, both;
+    for (const auto& v : w.left.unknown) {
+      if (right.contains(v.voxel)) expected[v.voxel] = std::min(v.pixels, right[v.voxel]);
+    }
+    std::uint64_t pixels = 0;
+    int voxels = 0;
+    for (const auto& v : w.both) {
+      both[v.voxel] = v.pixels;
+      pixels += v.pixels;
+      voxels += v.pixels > 5;
+    }
+    EXPECT_EQ(both, expected);
+    EXPECT_EQ(gain.pixels, pixels);
+    EXPECT_EQ(gain.voxels, voxels);
+    EXPECT_GT(gain.voxels, 50);
+  }
+}
+
+TEST(Visibility, RigWithoutBaselineIsOneCamera) {
+  Random random(10);
+  const OccupancyGrid grid = random_grid(random, {30, 30, 30}, 0.6);
+  const VisibilityScene scene(grid);
+  const Pose X_WC = random_view(random, grid.geometry(), 0.8, 1.0);
+  VisibilityWorkspace w;
+  const PairGain gain = scene.evaluate_pair(X_WC, {kCamera, 0}, {}, w);
+  const VisibilityResult one = scene.evaluate(X_WC, kCamera, {0.6, 2.5, 5});
+  EXPECT_EQ(static_cast<std::size_t>(gain.voxels), one.unknown.size());
+  EXPECT_EQ(gain.pixels, one.unknown_pixels);
+  EXPECT_EQ(w.both.size(), w.left.unknown.size());
+  EXPECT_TRUE(w.right.unknown.empty());
+  EXPECT_GT(gain.voxels, 100);
+}
+
+// A part of a large panorama, its axis outside of the image, shows what the panorama shows there.
+TEST(Visibility, AnyPinholeWindow) {
+  Random random(11);
+  const OccupancyGrid grid = random_grid(random, {30, 30, 30}, 0.4);
+  const VisibilityScene scene(grid);
+  const Pose X_WC = random_view(random, grid.geometry(), 0.5, 0.5);
+  Pinhole whole = Pinhole::from_vertical_fov(2560, 1920, 1.2), part = whole;
+  const VisibilityResult all = scene.evaluate(X_WC, whole);
+  EXPECT_GT(all.unknown_pixels, 200000u);
+  std::uint64_t pixels = 0;
+  for (int x : {0, 1300}) {
+    for (int y : {0, 1000}) {
+      part.width = x == 0 ? 1300 : 1260;
+      part.height = y == 0 ? 1000 : 920;
+      part.cx = whole.cx - x;
+      part.cy = whole.cy - y;
+      pixels += scene.evaluate(X_WC, part).unknown_pixels;
+    }
+  }
+  EXPECT_NEAR(double(pixels), double(all.unknown_pixels), 1e-4 * double(pixels));
+}
+
 TEST(Visibility, FacesAndSurfaceOfASolidBlock) {
   GridGeometry g;
   g.size = {10, 11, 12};

@@ -26,7 +26,7 @@ void expect_same_bits(Simd one, Simd other) {
     workspace.simd = other;
     scene.evaluate(X_WC, camera, workspace, r);
     seen += r.unknown_pixels;
-    const auto same = [](const std::vector<VoxelPixels>& a, const std::vector<VoxelPixels>& b) {
+    const auto same = [](const VoxelList& a, const VoxelList& b) {
       return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) { return x.voxel == y.voxel && x.pixels == y.pixels; });
     };
     EXPECT_TRUE(same(r.unknown, expected.unknown));
