@@ -52,6 +52,7 @@ struct ViewLimits {
   double height_min = 1.0, height_max = 1.35;    // of the left eye [m]
   double pitch_min = -0.436, pitch_max = 1.047;  // of the optical axis, positive down [rad]
   double roll_max = 0.0;
+  double yaw_min = -3.14159265358979323846, yaw_max = 3.14159265358979323846;  // of the optical axis in the world; all by default [rad]
   double distance_min = 0.6, distance_max = 2.5; // to the nearest occupied voxel [m]
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 
 namespace periplus::nbv {
 namespace {
@@ -23,6 +24,7 @@ const char* to_string(Violation violation) {
     case Violation::height: return "height";
     case Violation::pitch: return "pitch";
     case Violation::roll: return "roll";
+    case Violation::yaw: return "yaw";
     case Violation::room: return "outside the room";
     case Violation::too_near: return "too near to the object";
     case Violation::too_far: return "too far from the object";
@@ -31,6 +33,12 @@ const char* to_string(Violation violation) {
     case Violation::forbidden: return "forbidden";
   }
   return "unknown";
+}
+
+double yaw_share(const robot::ViewLimits& limits, double yaw) {
+  const double half = (limits.yaw_max - limits.yaw_min) / 2;
+  if (half >= std::numbers::pi - 1e-9) return 0;
+  return std::abs(wrap_angle(yaw - (limits.yaw_min + half))) / std::max(half, 1e-3);
 }
 
 Constraints::Constraints(const Situation& situation, const voxel::VisibilityScene& visibility,
@@ -159,6 +167,7 @@ Violation Constraints::check(const Pose& X_WC, double* distance) const {
   if (left.z() < l.height_min - kRound || left.z() > l.height_max + kRound) return Violation::height;
   if (ypr.y() < l.pitch_min - kRound || ypr.y() > l.pitch_max + kRound) return Violation::pitch;
   if (std::abs(ypr.z()) > l.roll_max + kRound) return Violation::roll;
+  if (yaw_share(l, ypr.x()) > 1 + kRound) return Violation::yaw;
   if (!in_room(left) || !in_room(right)) return Violation::room;
   if (d < std::max(l.distance_min, settings_.head_radius)) return Violation::too_near;
   if (std::isfinite(d) && d > l.distance_max) return Violation::too_far;

@@ -1,6 +1,6 @@
 // Hard constraints on where the cameras may be: what a found view must satisfy whatever its gain.
 //
-// - height, pitch and roll of the left eye within the limits (3.1, 3.3, 3.4);
+// - height, pitch, roll and yaw of the left eye within the limits (3.1, 3.3, 3.4; yaw alike);
 // - nearest occupied voxel's centre within the distance limits (3.2, and the far end of the pair's range);
 // - a sphere about each eye, and what lies between them, free of the scene and inside the room;
 // - the half-sitting robot's box, standing where the head is, free of the scene and of occupied voxels, and out of the
@@ -25,8 +25,11 @@ struct ConstraintSettings {
   double forbidden_angle = 10 * 0.017453292519943295;  // [rad]
 };
 
-enum class Violation { none, not_finite, height, pitch, roll, room, too_near, too_far, head, body, forbidden };
+enum class Violation { none, not_finite, height, pitch, roll, yaw, room, too_near, too_far, head, body, forbidden };
 const char* to_string(Violation violation);
+
+// How far a yaw lies from the middle of its limits, in halves of their width: 1 at a bound, 0 where every yaw is free.
+double yaw_share(const robot::ViewLimits& limits, double yaw);
 
 class Constraints {
  public:

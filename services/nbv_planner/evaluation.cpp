@@ -22,6 +22,12 @@ double penalty(double exponent) { return std::exp(std::min(exponent, 40.0)); }
 
 double sigmoid(double x) { return 1 / (1 + std::exp(-x)); }
 
+int threshold(const Situation& s, const EvaluationSettings& settings) {
+  if (settings.quantification == Quantification::voxels) return 0;
+  const double face = s.rig.camera.fx * s.grid->geometry().voxel_size / settings.pair.depth_max;
+  return std::max(settings.pair.more_than_pixels, static_cast<int>(settings.pixels_per_voxel_share * face * face));
+}
+
 }  // namespace
 
 voxel::VisibilityScene Evaluator::make_visibility(const Situation& s) {
@@ -37,6 +43,7 @@ Evaluator::Evaluator(const Situation& situation, const EvaluationSettings& setti
     : situation_(situation), settings_(settings), visibility_(make_visibility(situation)),
       constraints_(situation, visibility_, constraints) {
   const voxel::GridGeometry& g = situation.grid->geometry();
+  settings_.pair.more_than_pixels = threshold(situation, settings);
   mark_of_voxel_.assign(static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z(), -1);
   // One landmark a voxel, the largest: several features on one spot are one thing to see.
   std::vector<double> size;
@@ -67,12 +74,14 @@ const Evaluator::Mark* Evaluator::mark(std::uint32_t voxel) const {
   return at < 0 ? nullptr : &marks_[at];
 }
 
+double Evaluator::landmark_facing(const Eigen::Vector3d& view, const Eigen::Vector3d& normal) const {
+  // Where the normal is not known the visible surface alone decides.
+  return normal.isZero() ? 1 : sigmoid(-settings_.landmark_slope * (view.dot(normal) + settings_.landmark_cosine));
+}
+
 double Evaluator::landmark_visibility(double pixels, double least_pixels, const Eigen::Vector3d& view,
                                       const Eigen::Vector3d& normal) const {
-  const double ls = sigmoid(pixels - least_pixels);
-  // Where the normal is not known the visible surface alone decides.
-  if (normal.isZero()) return ls;
-  return ls * sigmoid(-settings_.landmark_slope * (view.dot(normal) + settings_.landmark_cosine));
+  return sigmoid(pixels - least_pixels) * landmark_facing(view, normal);
 }
 
 double Evaluator::landmark_penalty(double visible) const {
@@ -85,9 +94,10 @@ double Evaluator::landmark_penalty(double visible) const {
   return 2 * pixels * share * share;
 }
 
-Evaluation Evaluator::evaluate(const Pose& X_WC, Workspace& workspace) const {
+Evaluation Evaluator::evaluate(const Pose& X_WC, Workspace& workspace, Detail detail) const {
   require(is_finite(X_WC), ErrorCode::not_finite, "a viewpoint must be finite");
   const robot::ViewLimits& l = situation_.limits;
+  const bool every_term = detail == Detail::every_term;
   Evaluation e;
   double distance = 0;
   e.violation = constraints_.check(X_WC, &distance);
@@ -96,6 +106,7 @@ Evaluation Evaluator::evaluate(const Pose& X_WC, Workspace& workspace) const {
   e.k_height = interval(X_WC.translation().z(), l.height_min, l.height_max, p);
   e.k_roll = interval(ypr.z(), -l.roll_max, l.roll_max, p);
   e.k_pitch = interval(ypr.y(), l.pitch_min, l.pitch_max, p);
+  e.k_yaw = std::pow(yaw_share(l, ypr.x()), p);
   if (std::isfinite(distance)) {
     e.k_distance = penalty(settings_.distance_slope * (l.distance_min - distance));
     e.k_far = penalty(settings_.distance_slope * (distance - l.distance_max));
@@ -106,31 +117,107 @@ Evaluation Evaluator::evaluate(const Pose& X_WC, Workspace& workspace) const {
     for (int i = 0; i < 3; ++i) sum += std::abs(wrap_angle(other[i] - ypr[i]));
     e.k_forbidden += std::exp(-settings_.forbidden_slope * sum);
   }
+  if (situation_.X_WC_now) {
+    e.k_motion = settings_.motion_per_m * (X_WC.translation() - situation_.X_WC_now->translation()).norm() +
+                 settings_.motion_per_rad * angle_between(X_WC, *situation_.X_WC_now);
+  }
+  if (situation_.reachability && (every_term || settings_.lambda_reach > 0)) {
+    e.k_reach = 1 - std::clamp(situation_.reachability->of(X_WC), 0.0, 1.0);
+  }
+  const Eigen::Vector3d view = X_WC.linear().col(2);
+  if (every_term) {
+    for (const Mark& m : marks_) e.sum_ln += landmark_facing(view, m.normal);
+  }
   const bool ruled_out = e.violation == Violation::head || e.violation == Violation::body ||
                          e.violation == Violation::room || e.violation == Violation::forbidden;
-  if (ruled_out) {
+  if (ruled_out && !every_term) {
     if (landmark_term_) e.k_landmarks = landmark_penalty(0);
     return e;
   }
-  e.gain = visibility_.evaluate_pair(X_WC, situation_.rig, settings_.pair, workspace.visibility);
-  if (landmark_term_) {
-    const Eigen::Vector3d view = X_WC.linear().col(2);
-    for (const voxel::VoxelPixels& v : workspace.visibility.left.watched) {
+  voxel::VisibilityWorkspace& w = workspace.visibility;
+  e.gain = visibility_.evaluate_pair(X_WC, situation_.rig, settings_.pair, w);
+  e.value = value_of(w.both, e.gain);
+  if (landmark_term_ || every_term) {
+    for (const voxel::VoxelPixels& v : w.left.watched) {
       const Mark* m = mark(v.voxel);
-      if (m != nullptr) e.visible_landmarks += landmark_visibility(v.pixels, m->least_pixels, view, m->normal);
+      if (m == nullptr) continue;
+      e.visible_landmarks += landmark_visibility(v.pixels, m->least_pixels, view, m->normal);
+      if (every_term) e.sum_ls += sigmoid(v.pixels - m->least_pixels);
     }
-    e.k_landmarks = landmark_penalty(e.visible_landmarks);
   }
+  if (landmark_term_) e.k_landmarks = landmark_penalty(e.visible_landmarks);
   return e;
 }
 
-double Evaluator::score(const Evaluation& e, double gain_scale) const {
-  const double lambda_forbidden = std::min(settings_.lambda_forbidden, gain_scale);
-  double f = gain_scale * (e.k_height + e.k_roll + e.k_pitch) + settings_.lambda_distance * (e.k_distance + e.k_far) +
-             settings_.lambda_landmarks * e.k_landmarks + lambda_forbidden * e.k_forbidden - e.gain.voxels;
-  // What has no smooth term of its own costs as much as the best gain.
-  if (e.violation != Violation::none) f += gain_scale;
+double Evaluator::value_of(const voxel::VoxelList& both, const voxel::PairGain& gain) const {
+  const bool pixels = settings_.quantification == Quantification::pixels;
+  if (!weighted()) return pixels ? static_cast<double>(gain.pixels) : gain.voxels;
+  const auto threshold = static_cast<std::uint32_t>(settings_.pair.more_than_pixels);
+  double value = 0;
+  for (const voxel::VoxelPixels& v : both) {
+    if (pixels) value += double(weight(v.voxel)) * v.pixels;
+    else if (v.pixels > threshold) value += weight(v.voxel);
+  }
+  return value;
+}
+
+Evaluator::Lambdas Evaluator::lambdas(double greatest) const {
+  const EvaluationSettings& s = settings_;
+  Lambdas l;
+  l.motion = s.lambda_motion * greatest;
+  l.reach = s.lambda_reach * greatest;
+  l.interval = l.distance = l.forbidden = greatest;
+  switch (s.lambda_rule) {
+    case LambdaRule::capped:
+      l.distance = s.lambda_distance;
+      l.landmarks = s.lambda_landmarks;
+      l.forbidden = std::min(s.lambda_forbidden, greatest);
+      break;
+    case LambdaRule::scaled: l.landmarks = greatest / std::max(landmark_penalty(0), 1.0); break;
+    case LambdaRule::fixed:
+      if (s.lambda_interval > 0) l.interval = s.lambda_interval;
+      l.distance = s.lambda_distance;
+      l.landmarks = s.lambda_landmarks;
+      l.forbidden = s.lambda_forbidden;
+      break;
+  }
+  return l;
+}
+
+double Evaluator::score(const Evaluation& e, double greatest) const {
+  const Lambdas l = lambdas(greatest);
+  double f = l.interval * (e.k_height + e.k_roll + e.k_pitch + e.k_yaw) + l.distance * (e.k_distance + e.k_far) +
+             l.landmarks * e.k_landmarks + l.forbidden * e.k_forbidden + l.motion * e.k_motion + l.reach * e.k_reach - e.value;
+  // What has no smooth term of its own costs as much as the best value.
+  if (e.violation != Violation::none) f += greatest;
   return f;
+}
+
+std::vector<std::pair<std::string, double>> Evaluator::terms(const Evaluation& e, double greatest) const {
+  const Lambdas l = lambdas(greatest);
+  return {{"f_e", score(e, greatest)},
+          {"value", e.value},
+          {"N_u", e.gain.voxels},
+          {"pixels", static_cast<double>(e.gain.pixels)},
+          {"K_height", e.k_height},
+          {"K_roll", e.k_roll},
+          {"K_pitch", e.k_pitch},
+          {"K_yaw", e.k_yaw},
+          {"K_distance", e.k_distance},
+          {"K_far", e.k_far},
+          {"K_landmarks", e.k_landmarks},
+          {"K_forbidden", e.k_forbidden},
+          {"K_motion", e.k_motion},
+          {"K_reach", e.k_reach},
+          {"visible_landmarks", e.visible_landmarks},
+          {"sum_ls", e.sum_ls},
+          {"sum_ln", e.sum_ln},
+          {"lambda_interval", l.interval},
+          {"lambda_distance", l.distance},
+          {"lambda_landmarks", l.landmarks},
+          {"lambda_forbidden", l.forbidden},
+          {"lambda_motion", l.motion},
+          {"lambda_reach", l.reach}};
 }
 
 }  // namespace periplus::nbv

@@ -3,13 +3,14 @@
 //
 //   f_e = lz Kz + lx Kroll + ly Kpitch + ld Kd + ll Kl + lf Kf - N_u                                        (3.15)
 //
-// lz, lx and ly follow the rule of 3.2.1.5: with the bound of an interval reached (K = 1) the penalty equals the largest
-// value that N_u takes, `gain_scale`. For the same reason lf is at most that: K_f reaches far, and late in a run it would
-// otherwise drive every view away from the little that is left to see. Beyond the thesis stands one more term, Kfar: the distance is bounded above too.
+// Beyond the thesis stand Kyaw (as Kroll), Kfar (the distance is bounded above too), Kmotion and Kreach, all of which may be
+// left out by their factors. In place of N_u stands `value`, which is N_u unless the settings weigh voxels or count pixels.
 // World frame, metres, radians; pixels of the rig's camera.
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "common/voxel/visibility.h"
@@ -18,7 +19,26 @@
 
 namespace periplus::nbv {
 
+// What the unknown that both eyes see is worth (thesis 3.1.2).
+enum class Quantification {
+  pixels,  // its pixels
+  voxels,  // its voxels with at least one pixel in each eye
+  mixed,   // its voxels with more pixels than the threshold: N_u
+};
+
+// The factors of 3.15.
+enum class LambdaRule {
+  capped,  // intervals: the greatest value; distance, landmarks, forbidden: as given, the last at most the greatest value,
+           // since K_f reaches far and late in a run would drive every view away from the little that is left
+  scaled,  // 3.2.1.5: all such that a violated constraint costs the greatest value; landmarks: none of them visible
+  fixed,   // as given, as in 3.4.7
+};
+
 struct EvaluationSettings {
+  Quantification quantification = Quantification::mixed;
+  // The threshold grows with the voxel: more than this share of the pixels that a voxel's face, seen face on, fills at the
+  // far end of the pair's range. Otherwise large voxels reward slivers, seen past an edge or along the surface.
+  double pixels_per_voxel_share = 0.2;
   int interval_exponent = 6;        // p of 3.7, even
   double distance_slope = 20;       // gamma of 3.8 [1/m]; r is 1
   int least_landmarks = 5;          // Nl_min of 3.11
@@ -26,24 +46,37 @@ struct EvaluationSettings {
   double landmark_slope = 20;       // beta of 3.10
   double landmark_cosine = 0.5;     // phi of 3.10: seen at up to 60 degrees from its normal
   double forbidden_slope = 1;       // delta of 3.14
+  double motion_per_m = 0.2;        // K_motion: per metre that the left eye moves [1/m] ...
+  double motion_per_rad = 0.1;      // ... and per radian that it turns
+  LambdaRule lambda_rule = LambdaRule::capped;
+  double lambda_interval = 0;       // of height, pitch, roll and yaw where fixed; 0: the greatest value
   double lambda_distance = 100, lambda_landmarks = 1, lambda_forbidden = 1000;
+  double lambda_motion = 0, lambda_reach = 0;  // shares of the greatest value
   bool landmarks = true;            // false: never the landmark term
-  voxel::PairOptions pair;          // threshold of N_u and the pair's depth range
+  voxel::PairOptions pair;          // least threshold of N_u and the pair's depth range
 };
 
 struct Evaluation {
   voxel::PairGain gain;             // N_u and its pixels
-  double k_height = 0, k_roll = 0, k_pitch = 0, k_distance = 0, k_far = 0, k_landmarks = 0, k_forbidden = 0;
-  double visible_landmarks = 0;     // sum of ls ln
+  double value = 0;                 // what the search maximises
+  double k_height = 0, k_roll = 0, k_pitch = 0, k_yaw = 0, k_distance = 0, k_far = 0, k_landmarks = 0, k_forbidden = 0;
+  double k_motion = 0, k_reach = 0;
+  double visible_landmarks = 0;     // sum of ls ln over the landmarks in view
+  double sum_ls = 0, sum_ln = 0;    // 3.9 over the landmarks in view, 3.10 over all; with Detail::every_term alone
   Violation violation = Violation::none;
 };
 // For task_numbers.h: every field. A new one changes the size and belongs here as well.
 template <class Fields>
 void visit_fields(Fields& fields, Evaluation& e) {
-  static_assert(sizeof(Evaluation) == 88);
-  fields(e.gain.voxels, e.gain.pixels, e.k_height, e.k_roll, e.k_pitch, e.k_distance, e.k_far, e.k_landmarks,
-         e.k_forbidden, e.visible_landmarks, e.violation);
+  static_assert(sizeof(Evaluation) == 136);
+  fields(e.gain.voxels, e.gain.pixels, e.value, e.k_height, e.k_roll, e.k_pitch, e.k_yaw, e.k_distance, e.k_far, e.k_landmarks,
+         e.k_forbidden, e.k_motion, e.k_reach, e.visible_landmarks, e.sum_ls, e.sum_ln, e.violation);
 }
+
+enum class Detail {
+  search,      // poses that head, body or a forbidden pose rule out are not rendered: N_u is 0
+  every_term,  // all terms of any pose, as a map of them needs
+};
 
 // Immutable but for the workspaces: may be shared between threads.
 class Evaluator {
@@ -54,17 +87,28 @@ class Evaluator {
     voxel::VisibilityWorkspace visibility;
   };
 
-  // All terms of a left-eye pose. Where head, body or a forbidden pose rule it out, nothing is rendered and N_u is 0.
-  // Throws Error(not_finite) for a pose that is not finite.
-  Evaluation evaluate(const Pose& X_WC, Workspace& workspace) const;
-  // f_e of the terms: smaller is better.
-  double score(const Evaluation& e, double gain_scale) const;
+  // All terms of a left-eye pose. Throws Error(not_finite) for a pose that is not finite.
+  Evaluation evaluate(const Pose& X_WC, Workspace& workspace, Detail detail = Detail::search) const;
+  // f_e of the terms: smaller is better. `greatest`: the largest value that is met (3.2.1.5).
+  double score(const Evaluation& e, double greatest) const;
+  // The factors of 3.15 for that greatest value.
+  struct Lambdas {
+    double interval = 0, distance = 0, landmarks = 0, forbidden = 0, motion = 0, reach = 0;
+  };
+  Lambdas lambdas(double greatest) const;
+  // Every term by name, value and f_e among them; what a reply or a map shows.
+  std::vector<std::pair<std::string, double>> terms(const Evaluation& e, double greatest) const;
+
+  // What seeing a voxel is worth: 1 for each unknown voxel unless the settings weigh them.
+  float weight(std::uint32_t voxel) const { return weights_.empty() ? 1.0f : weights_[voxel]; }
+  bool weighted() const { return !weights_.empty(); }
 
   // False where there are no stored features, or fewer than twice the least number that is asked for.
   bool landmark_term() const { return landmark_term_; }
   const voxel::VisibilityScene& visibility() const { return visibility_; }
   const Constraints& constraints() const { return constraints_; }
   const Situation& situation() const { return situation_; }
+  // As given, but with the threshold `pair.more_than_pixels` that quantification and voxel size lead to.
   const EvaluationSettings& settings() const { return settings_; }
 
   // 3.9 and 3.10 for one landmark of which `pixels` are visible, against `least_pixels`, seen along `view` (unit).
@@ -81,6 +125,8 @@ class Evaluator {
 
  private:
   static voxel::VisibilityScene make_visibility(const Situation& s);
+  double value_of(const voxel::VoxelList& both, const voxel::PairGain& gain) const;
+  double landmark_facing(const Eigen::Vector3d& view, const Eigen::Vector3d& normal) const;
 
   const Situation& situation_;
   EvaluationSettings settings_;
@@ -89,6 +135,7 @@ class Evaluator {
   bool landmark_term_ = false;
   std::vector<std::int32_t> mark_of_voxel_;  // -1: none
   std::vector<Mark> marks_;
+  std::vector<float> weights_;               // by voxel; empty: 1 each
 };
 
 }  // namespace periplus::nbv

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 #include "common/core/error.h"
 #include "services/nbv_planner/testing/situations.h"
@@ -57,6 +58,103 @@ TEST(Evaluation, GainIsTheUnknownFace) {
   EXPECT_LT(evaluator.score(front, 225), evaluator.score(back, 225));
 }
 
+TEST(Evaluation, QuantificationsCountPixelsVoxelsOrVoxelsAboveTheThreshold) {
+  const Situation s = testing::patch_at_plus_x();
+  EvaluationSettings settings;
+  settings.pixels_per_voxel_share = 0;
+  settings.pair.more_than_pixels = 300;
+  const Pose X = look_along({1.3, -0.072, 1.1}, std::numbers::pi, 0);
+  Evaluator::Workspace w;
+  std::map<Quantification, Evaluation> by;
+  for (Quantification q : {Quantification::pixels, Quantification::voxels, Quantification::mixed}) {
+    settings.quantification = q;
+    by[q] = Evaluator(s, settings, {}).evaluate(X, w);
+  }
+  // Each of the 225 faces fills (1082.6 * 0.02 / 1.15)^2 = 354 pixels; the depth is the same all over the face.
+  const double face = std::pow(s.rig.camera.fx * 0.02 / 1.15, 2);
+  EXPECT_NEAR(by[Quantification::pixels].value, 225 * face, 0.03 * 225 * face);
+  EXPECT_EQ(by[Quantification::voxels].value, 225);
+  EXPECT_EQ(by[Quantification::mixed].value, 225);
+  settings.pair.more_than_pixels = 400;
+  EXPECT_EQ(Evaluator(s, settings, {}).evaluate(X, w).value, 0);
+  settings.quantification = Quantification::voxels;
+  EXPECT_EQ(Evaluator(s, settings, {}).evaluate(X, w).value, 225);
+}
+
+TEST(Evaluation, ThresholdGrowsWithTheVoxel) {
+  Situation s = testing::patch_at_plus_x();  // voxels of 2 cm: 8.66 px at 2.5 m, a fifth of a face is 15.0
+  EXPECT_EQ(Evaluator(s, {}, {}).settings().pair.more_than_pixels, 15);
+  EvaluationSettings half;
+  half.pixels_per_voxel_share = 0.5;
+  EXPECT_EQ(Evaluator(s, half, {}).settings().pair.more_than_pixels, 37);
+  voxel::GridGeometry g = s.grid->geometry();
+  g.voxel_size = 0.01;
+  s.grid = std::make_shared<voxel::OccupancyGrid>(g);
+  EXPECT_EQ(Evaluator(s, {}, {}).settings().pair.more_than_pixels, 5);
+}
+
+TEST(Evaluation, FactorsByEachRule) {
+  const Situation s = testing::patch_at_plus_x();
+  EvaluationSettings settings;
+  settings.lambda_motion = 0.5;
+  const auto factors = [&](LambdaRule rule, double greatest) {
+    settings.lambda_rule = rule;
+    return Evaluator(s, settings, {}).lambdas(greatest);
+  };
+  EXPECT_EQ(factors(LambdaRule::capped, 300).forbidden, 300);
+  EXPECT_EQ(factors(LambdaRule::capped, 3000).forbidden, 1000);
+  EXPECT_EQ(factors(LambdaRule::capped, 300).interval, 300);
+  EXPECT_EQ(factors(LambdaRule::fixed, 300).forbidden, 1000);
+  EXPECT_EQ(factors(LambdaRule::fixed, 300).interval, 300);
+  EXPECT_EQ(factors(LambdaRule::fixed, 300).distance, 100);
+  EXPECT_EQ(factors(LambdaRule::scaled, 300).distance, 300);
+  EXPECT_EQ(factors(LambdaRule::scaled, 300).motion, 150);
+  // 3.2.1.5: without a visible landmark the term costs the greatest N_u.
+  settings.lambda_rule = LambdaRule::scaled;
+  const Evaluator scaled(s, settings, {});
+  EXPECT_NEAR(scaled.lambdas(300).landmarks * scaled.landmark_penalty(0), 300, 1e-9);
+}
+
+TEST(Evaluation, YawHasItsLimits) {
+  Situation s = testing::patch_at_plus_x();
+  s.limits.yaw_min = 2.9;  // across pi
+  s.limits.yaw_max = 3.5;
+  const Evaluator evaluator(s, {}, {});
+  Evaluator::Workspace w;
+  const auto at = [&](double yaw) { return evaluator.evaluate(look_along({1.3, 0, 1.1}, yaw, 0), w); };
+  EXPECT_NEAR(at(3.2).k_yaw, 0, 1e-9);
+  EXPECT_NEAR(at(-std::numbers::pi + 0.05).k_yaw, 0, 1e-4);
+  EXPECT_NEAR(at(2.9).k_yaw, 1, 1e-6);
+  EXPECT_NEAR(at(3.35).k_yaw, std::pow(0.5, 6), 1e-6);
+  EXPECT_EQ(at(2.85).violation, Violation::yaw);
+  EXPECT_EQ(at(3.4).violation, Violation::none);
+  const Situation free = testing::patch_at_plus_x();
+  const Evaluator any(free, {}, {});
+  EXPECT_EQ(any.evaluate(look_along({1.3, 0, 1.1}, 2.85, 0), w).k_yaw, 0);
+}
+
+TEST(Evaluation, MotionAndReachCost) {
+  struct East final : Reachability {
+    double of(const Pose& X) const override { return X.translation().y() > 0 ? 0.75 : 0; }
+  };
+  Situation s = testing::patch_at_plus_x();
+  s.X_WC_now = look_along({1.3, 0.4, 1.1}, std::numbers::pi - 0.5, 0);
+  s.reachability = std::make_shared<East>();
+  EvaluationSettings settings;
+  settings.motion_per_m = 0.3;
+  settings.motion_per_rad = 0.2;
+  settings.lambda_motion = 0.5;
+  settings.lambda_reach = 2;
+  const Evaluator evaluator(s, settings, {});
+  Evaluator::Workspace w;
+  const Evaluation e = evaluator.evaluate(look_along({1.3, 0.1, 1.1}, std::numbers::pi, 0), w);
+  EXPECT_NEAR(e.k_motion, 0.3 * 0.3 + 0.2 * 0.5, 1e-9);
+  EXPECT_NEAR(e.k_reach, 0.25, 1e-12);
+  Evaluation still = e;
+  still.k_motion = still.k_reach = 0;
+  EXPECT_NEAR(evaluator.score(e, 200) - evaluator.score(still, 200), 200 * (0.5 * e.k_motion + 2 * 0.25), 1e-9);
+}
+
 TEST(Evaluation, WhatIsRuledOutIsNotRenderedAndCostsTheBestGain) {
   scene::Scene scene;
   scene.solids.push_back(testing::box({1.3, 0, 1.1}, {0.1, 0.1, 0.1}));
@@ -67,6 +165,10 @@ TEST(Evaluation, WhatIsRuledOutIsNotRenderedAndCostsTheBestGain) {
   EXPECT_EQ(e.violation, Violation::head);
   EXPECT_EQ(e.gain.voxels, 0);
   EXPECT_GT(evaluator.score(e, 225), 225);
+  // A map of the terms shows what would be seen from there all the same: from inside the box its own near side is not drawn.
+  const Evaluation mapped = evaluator.evaluate(look_along({1.3, 0, 1.1}, std::numbers::pi, 0), w, Detail::every_term);
+  EXPECT_EQ(mapped.violation, Violation::head);
+  EXPECT_EQ(evaluator.terms(mapped, 225).at(0).second, evaluator.score(mapped, 225));
   EXPECT_THROW(evaluator.evaluate(look_along({std::nan(""), 0, 1.1}, 0, 0), w), Error);
 }
 

@@ -33,11 +33,16 @@ Situation NbvPlannerService::Impl::situation_of(const msg::PlanViewRequest& q) c
   wire::id_from_wire(q.plan_id(), "plan_id");
   const std::string object_id = wire::id_from_wire(q.object_id(), "object_id");
   s.rig = wire::from_wire(q.rig());
-  wire::from_wire(q.pose_world_camera());
+  s.X_WC_now = wire::from_wire(q.pose_world_camera());
   for (const msg::Pose& pose : q.forbidden()) s.forbidden.push_back(wire::from_wire(pose));
   s.limits = {.height_min = q.height_min_m(), .height_max = q.height_max_m(), .pitch_min = q.pitch_min_rad(),
-              .pitch_max = q.pitch_max_rad(), .roll_max = q.roll_max_rad(), .distance_min = q.distance_min_m(),
+              .pitch_max = q.pitch_max_rad(), .roll_max = q.roll_max_rad(),
+              .distance_min = q.distance_min_m(),
               .distance_max = q.distance_max_m()};
+  if (q.yaw_min_rad() != 0 || q.yaw_max_rad() != 0) {
+    s.limits.yaw_min = q.yaw_min_rad();
+    s.limits.yaw_max = q.yaw_max_rad();
+  }
   const auto wait = std::chrono::milliseconds(static_cast<long>(settings.revision_wait_s * 1000));
   const auto object = knowledge.object(object_id, q.revision(), wait);
   if (!object) {
@@ -74,12 +79,7 @@ void NbvPlannerService::Impl::plan(const msg::PlanViewRequest& q, msg::PlanViewR
   r.score(-view.f_e);
   r.evaluations(static_cast<std::uint32_t>(view.evaluations));
   r.landmark_term(view.landmark_term);
-  const std::pair<const char*, double> terms[] = {
-      {"N_u", e.gain.voxels},           {"K_height", e.k_height},       {"K_roll", e.k_roll},
-      {"K_pitch", e.k_pitch},           {"K_distance", e.k_distance},   {"K_far", e.k_far},
-      {"K_landmarks", e.k_landmarks},   {"K_forbidden", e.k_forbidden}, {"visible_landmarks", e.visible_landmarks},
-      {"lambda_interval", view.gain_scale}};
-  for (const auto& [name, value] : terms) r.terms().push_back(wire::named(name, value));
+  for (const auto& [name, value] : view.terms) r.terms().push_back(wire::named(name, value));
   r.seconds().push_back(wire::named("wait", waited.count()));
   for (const auto& [name, value] : view.seconds) r.seconds().push_back(wire::named(name, value));
   log::info("view planned", {{"plan", q.plan_id().to_string()},

@@ -75,8 +75,8 @@ TEST(NbvPlannerService, AnswersAndRefuses) {
   const Pose X_WC = wire::from_wire(reply.pose_world_camera());
   EXPECT_GT(X_WC.translation().x(), 0.5);
   ASSERT_FALSE(reply.terms().empty());
-  EXPECT_EQ(reply.terms()[0].name().to_string(), "N_u");
-  EXPECT_EQ(reply.terms()[0].value(), reply.predicted_gain_voxels());
+  EXPECT_EQ(reply.terms()[2].name().to_string(), "N_u");
+  EXPECT_EQ(reply.terms()[2].value(), reply.predicted_gain_voxels());
 
   msg::PlanViewReply other;
   ASSERT_TRUE(ask(request(), other).ok());

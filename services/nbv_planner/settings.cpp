@@ -1,10 +1,26 @@
 #include "services/nbv_planner/settings.h"
 
+#include <algorithm>
 #include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "common/core/error.h"
 
 namespace periplus::nbv {
+namespace {
+
+template <class T>
+void choose(const config::Node& node, const char* key, T& value, const std::vector<std::pair<std::string, T>>& choices) {
+  std::vector<std::string> names;
+  std::string name;
+  for (const auto& [known, meaning] : choices) names.push_back(known);
+  if (!node.read_choice(key, name, names)) return;
+  value = std::find_if(choices.begin(), choices.end(), [&](const auto& c) { return c.first == name; })->second;
+}
+
+}  // namespace
 
 Settings read_settings(const config::Node& root) {
   Settings s;
@@ -25,6 +41,9 @@ Settings read_settings(const config::Node& root) {
 
   const config::Node evaluation = root.child("evaluation");
   EvaluationSettings& e = s.evaluation;
+  choose(evaluation, "quantification", e.quantification,
+         {{"pixels", Quantification::pixels}, {"voxels", Quantification::voxels}, {"mixed", Quantification::mixed}});
+  evaluation.read("pixels_per_voxel_share", e.pixels_per_voxel_share, {0, 1});
   evaluation.read("interval_exponent", e.interval_exponent, {2, 20});
   require(e.interval_exponent % 2 == 0, ErrorCode::bad_input,
           evaluation.where() + ": interval_exponent must be even, so that both bounds are bounds");
@@ -35,6 +54,13 @@ Settings read_settings(const config::Node& root) {
   evaluation.read("landmark_slope", e.landmark_slope, {0, 1000});
   evaluation.read("landmark_cosine", e.landmark_cosine, {-1, 1});
   evaluation.read("forbidden_slope", e.forbidden_slope, {0, 1000});
+  evaluation.read("motion_per_m", e.motion_per_m, {0, 1000});
+  evaluation.read("motion_per_rad", e.motion_per_rad, {0, 1000});
+  choose(evaluation, "lambda_rule", e.lambda_rule,
+         {{"capped", LambdaRule::capped}, {"scaled", LambdaRule::scaled}, {"fixed", LambdaRule::fixed}});
+  evaluation.read("lambda_interval", e.lambda_interval, {0, 1e9});
+  evaluation.read("lambda_motion", e.lambda_motion, {0, 1000});
+  evaluation.read("lambda_reach", e.lambda_reach, {0, 1000});
   evaluation.read("lambda_distance", e.lambda_distance, {0, 1e9});
   evaluation.read("lambda_landmarks", e.lambda_landmarks, {0, 1e9});
   evaluation.read("lambda_forbidden", e.lambda_forbidden, {0, 1e9});

@@ -16,6 +16,11 @@ TEST(Settings, ShippedConfigurationIsTheDefault) {
   EXPECT_EQ(s.search.run_evaluations, d.search.run_evaluations);
   EXPECT_EQ(s.search.max_evaluations, d.search.max_evaluations);
   EXPECT_EQ(s.search.trust_region, d.search.trust_region);
+  EXPECT_EQ(s.evaluation.quantification, Quantification::mixed);
+  EXPECT_EQ(s.evaluation.pixels_per_voxel_share, d.evaluation.pixels_per_voxel_share);
+  EXPECT_EQ(s.evaluation.lambda_rule, LambdaRule::capped);
+  EXPECT_EQ(s.evaluation.lambda_motion, 0);
+  EXPECT_EQ(s.evaluation.lambda_reach, 0);
   EXPECT_EQ(s.evaluation.interval_exponent, 6);
   EXPECT_EQ(s.evaluation.distance_slope, 20);
   EXPECT_EQ(s.evaluation.least_landmarks, 5);
@@ -33,6 +38,9 @@ TEST(Settings, BadOnesAreRefused) {
   EXPECT_THROW(read("search: {start: 3}"), Error);
   EXPECT_THROW(read("search: {starts: 0}"), Error);
   EXPECT_THROW(read("evaluation: {interval_exponent: 5}"), Error);
+  EXPECT_EQ(read("evaluation: {quantification: pixels}").evaluation.quantification, Quantification::pixels);
+  EXPECT_EQ(read("evaluation: {lambda_rule: fixed}").evaluation.lambda_rule, LambdaRule::fixed);
+  EXPECT_THROW(read("evaluation: {quantification: pixel}"), Error);
   EXPECT_THROW(read("evaluation: {pair_depth_min_m: 3}"), Error);
 }
 

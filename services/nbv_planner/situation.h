@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/geometry/camera.h"
@@ -14,6 +15,14 @@
 
 namespace periplus::nbv {
 
+// How likely the robot's body can bring the left eye to a pose, by whoever knows.
+class Reachability {
+ public:
+  virtual ~Reachability() = default;
+  // 0 (never) to 1 (surely). Called from several threads at once.
+  virtual double of(const Pose& X_WC) const = 0;
+};
+
 struct Situation {
   std::shared_ptr<const voxel::OccupancyGrid> grid;
   std::vector<object_model::Landmark> landmarks;  // stored features; may be empty
@@ -21,8 +30,10 @@ struct Situation {
   std::shared_ptr<const scene::CollisionWorld> collision;
   robot::ViewLimits limits;   // constraints 3.1-3.4 and the distances to the nearest occupied voxel
   robot::BodyBox body;        // what the robot needs on the floor
-  StereoRig rig;
+  StereoRig rig;              // baseline 0: one camera
   std::vector<Pose> forbidden;  // constraint 3.6: left-eye poses that turned out unreachable
+  std::optional<Pose> X_WC_now;  // where the left eye is: the motion's cost counts from there
+  std::shared_ptr<const Reachability> reachability;  // null: every pose is as good as another
 };
 
 // Throws Error(bad_input | not_finite) with what to change: limits that are no intervals, a rig or a pose that cannot be.

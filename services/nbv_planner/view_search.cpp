@@ -77,7 +77,7 @@ class Search {
   double f(const Evaluation& e) const { return evaluator_.score(e, gain_scale_); }
   // Feasible and with gain before feasible without, then by f_e.
   bool better(const Candidate& a, const Candidate& b) const {
-    const bool gain_a = a.evaluation.gain.voxels > 0, gain_b = b.evaluation.gain.voxels > 0;
+    const bool gain_a = a.evaluation.value > 0, gain_b = b.evaluation.value > 0;
     if (gain_a != gain_b) return gain_a;
     return f(a.evaluation) < f(b.evaluation);
   }
@@ -294,7 +294,7 @@ PlannedView Search::run() {
 
   std::vector<Candidate> candidates =
       evaluate_samples(samples, std::clamp(settings_.detailed, 1, std::max(2, budget / 8)));
-  for (const Candidate& c : candidates) gain_scale_ = std::max(gain_scale_, double(c.evaluation.gain.voxels));
+  for (const Candidate& c : candidates) gain_scale_ = std::max(gain_scale_, c.evaluation.value);
   for (const Candidate& c : candidates) offer(c, best_);
   std::stable_sort(candidates.begin(), candidates.end(),
                    [&](const Candidate& a, const Candidate& b) { return f(a.evaluation) < f(b.evaluation); });
@@ -320,6 +320,7 @@ PlannedView Search::run() {
   result_.gain_scale = gain_scale_;
   result_.landmark_term = evaluator_.landmark_term();
   result_.cut_short = runner_.out_of_time();
+  result_.terms = evaluator_.terms(best_->evaluation, gain_scale_);
   return result_;
 }
 

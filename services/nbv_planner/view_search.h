@@ -42,10 +42,11 @@ struct PlannedView {
   Pose X_WC = Pose::Identity();  // left eye
   Evaluation evaluation;
   double f_e = 0;
-  double gain_scale = 0;         // greatest N_u among the samples: lz, lx and ly of 3.15
+  double gain_scale = 0;         // greatest value among the samples: lz, lx and ly of 3.15
   int evaluations = 0;
   bool landmark_term = false;
   bool cut_short = false;        // the runner's time was out before the search had ended by itself
+  std::vector<std::pair<std::string, double>> terms;    // Evaluator::terms
   std::vector<std::pair<std::string, double>> seconds;  // by stage
 };
 
