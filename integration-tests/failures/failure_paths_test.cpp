@@ -111,6 +111,13 @@ TEST_F(FailurePath, NoReachableViewEnds) {
   EXPECT_EQ(end.trace(), kFirstLook + " no_reachable_view");
 }
 
+TEST_F(FailurePath, NoReachableViewAfterOneThatWasReachedIsComplete) {
+  run.services.fail("nbv/plan", ErrorCode::nbv_no_reachable_view, "unknown voxels are left, but no view shows one", 2);
+  const RunEnd end = run.run();
+  expect_end(end, 0, "unknown voxels are left");
+  EXPECT_EQ(end.trace(), kFirstLook + kGo + kLook + " complete");
+}
+
 TEST_F(FailurePath, WalkFailsEndsWithoutMovingFurther) {
   run.services.fail("motion/walk", ErrorCode::motion_robot_fault, "the robot has fallen");
   const RunEnd end = run.run();

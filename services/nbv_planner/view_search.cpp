@@ -8,6 +8,7 @@
 
 #include "common/core/error.h"
 #include "common/core/random.h"
+#include "services/nbv_planner/line_of_sight.h"
 #include "services/nbv_planner/local_search.h"
 #include "services/nbv_planner/orientation.h"
 
@@ -129,7 +130,10 @@ std::optional<Eigen::Vector3d> Search::draw_place(int i, Random& random) const {
       from = g.center_world(evaluator_.visibility().voxel(face.voxel));
       p = {from.x() + distance * std::cos(angle), from.y() + distance * std::sin(angle), z};
       const double sign = face.direction % 2 == 0 ? -1 : 1;
-      if (sign * g.X_WG.linear().col(face.direction / 2).dot(p - from) < 0.15 * distance) continue;
+      const Eigen::Vector3d outward = sign * g.X_WG.linear().col(face.direction / 2);
+      if (outward.dot(p - from) < 0.15 * distance) continue;
+      // Places from which the face is hidden are of little use; where there seem to be no others they must do.
+      if (draw < kDrawsPerSample / 2 && !in_sight(s_, p, from + 0.51 * g.voxel_size * outward)) continue;
     } else {
       const double radius = distance + std::hypot(half.x(), half.y()) * random.uniform();
       p = {middle.x() + radius * std::cos(angle), middle.y() + radius * std::sin(angle), z};
@@ -328,7 +332,16 @@ PlannedView Search::run() {
 
 PlannedView plan_view(const Evaluator& evaluator, std::uint64_t seed, const SearchSettings& search, TaskRunner& runner,
                       const std::function<void(double)>& poll) {
-  return Search(evaluator.situation(), seed, search, evaluator, runner, poll).run();
+  const PlannedView view = Search(evaluator.situation(), seed, search, evaluator, runner, poll).run();
+  const std::size_t left = evaluator.visibility().unknown_face_count();
+  if (view.evaluation.gain.voxels == 0 && left > 0 && !view.cut_short) {
+    throw_error(ErrorCode::nbv_no_reachable_view,
+                "unknown voxels are left (" + std::to_string(left) +
+                    " free faces), but no view that the constraints allow shows one: end the run, or widen the height, pitch and "
+                    "distance limits, remove obstacles, or allow forbidden poses (" +
+                    std::to_string(evaluator.situation().forbidden.size()) + ")");
+  }
+  return view;
 }
 
 PlannedView plan_view(const Situation& situation, std::uint64_t seed, const SearchSettings& search,

@@ -53,8 +53,10 @@ struct PlannedView {
 // All work goes through `runner`: the same bytes for any runner that has no wall-clock limit. With one, the best that was
 // found in time; at least a few places are looked around from in any case.
 // `poll` is called now and then from the caller's thread, with the share done (0..1); it may throw to give up.
-// Throws Error(nbv_no_reachable_view) if no pose satisfies the hard constraints, Error(bad_input | not_finite) for a
-// situation that cannot be, naming what to change. No unknown voxel that can be seen: a view with gain 0.
+// Throws Error(nbv_no_reachable_view) if no pose satisfies the hard constraints, or if unknown voxels with a free face are
+// left and none of those poses shows one (unless cut short: then a view with gain 0); Error(bad_input | not_finite) for a
+// situation that cannot be, naming what to change. Nothing unknown left to see (a complete or an empty model): a view
+// with gain 0.
 PlannedView plan_view(const Evaluator& evaluator, std::uint64_t seed, const SearchSettings& search, TaskRunner& runner,
                       const std::function<void(double)>& poll = {});
 // The same with `search.threads` threads of this process.

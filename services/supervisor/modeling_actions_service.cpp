@@ -237,7 +237,12 @@ Outcome ModelingActions::act(State state) {
         if (state == State::prepare) return {Trigger::refused, cause};
         break;
       case ErrorCode::nbv_no_reachable_view:
-        if (state == State::next_view) return {Trigger::no_view, cause};
+        if (state == State::next_view) {
+          // After a view that was planned and reached, with none forbidden since: what is still unknown is out of reach, and
+          // the promise of a next view is 0.
+          const bool all_seen = impl_->look_number >= 2 && impl_->forbidden_here == 0;
+          return {all_seen ? Trigger::gain_small : Trigger::no_view, cause};
+        }
         break;
       case ErrorCode::posture_infeasible:
         if (state == State::generate_posture) return {impl_->forbid(Trigger::infeasible), cause};
