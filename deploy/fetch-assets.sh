@@ -1,6 +1,7 @@
 #!/bin/sh
 # Fetches the meshes and textures that the scenes name, out of Debian packages, into a cache folder: nothing of them is
 # kept in this repository. May be run again; what is there already is not fetched anew.
+#   --benchmark       also the objects of the benchmark of viewpoint planners (integration-tests/nbv_benchmark)
 #   PERIPLUS_ASSETS   the cache folder; default ~/.cache/periplus/assets
 set -eu
 
@@ -9,7 +10,8 @@ mkdir -p "$assets"
 temporary=$(mktemp -d)
 trap 'rm -rf "$temporary"' EXIT
 
-# package, then file in it, then name in the cache; a file "archive//member" lies in a tar archive of the package
+# package, then file in it, then name in the cache; a file "archive//member" lies in a tar archive of the package,
+# "archive%%member" in a zip archive
 list='
 glmark2-data      usr/share/glmark2/models/bunny.obj                                        bunny.obj
 libcgal-demo      usr/share/doc/libcgal-dev/data.tar.gz//data/meshes/triceratops.off        triceratops.off
@@ -17,6 +19,16 @@ libcgal-demo      usr/share/doc/libcgal-dev/data.tar.gz//data/meshes/refined_ele
 libmujoco-samples usr/share/mujoco/model/mug/mug.obj                                        mug.obj
 libmujoco-samples usr/share/mujoco/model/mug/mug.png                                        mug.png
 '
+# What the benchmark of viewpoint planners explores beside these (integration-tests/nbv_benchmark): 120 MB to fetch.
+if [ "${1:-}" = --benchmark ]; then list="$list
+libcgal-demo      usr/share/doc/libcgal-dev/data.tar.gz//data/meshes/bear.off               bear.off
+libcgal-demo      usr/share/doc/libcgal-dev/data.tar.gz//data/meshes/cow.off                cow.off
+libcgal-demo      usr/share/doc/libcgal-dev/data.tar.gz//data/meshes/homer.off              homer.off
+libcgal-demo      usr/share/doc/libcgal-dev/data.tar.gz//data/meshes/dino.off               dino.off
+libcgal-demo      usr/share/doc/libcgal-dev/data.tar.gz//data/meshes/lion.off               lion.off
+sweethome3d-furniture usr/share/sweethome3d/furniture/Scopia.sh3f%%scopia/dog/dog.obj       dog.obj
+"
+fi
 
 as_root() {
   if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi
@@ -37,6 +49,8 @@ printf '%s\n' "$list" | while read -r package file name; do
   unpack "$package"
   case $file in
     *//*) tar -xOf "$temporary/$package/${file%%//*}" "${file#*//}" >"$temporary/part" ;;
+    *%%*) python3 -c 'import sys, zipfile; sys.stdout.buffer.write(zipfile.ZipFile(sys.argv[1]).read(sys.argv[2]))' \
+      "$temporary/$package/${file%%\%\%*}" "${file#*%%}" >"$temporary/part" ;;
     *) cp "$temporary/$package/$file" "$temporary/part" ;;
   esac
   mv "$temporary/part" "$assets/$name" # whole or not at all

@@ -1,0 +1,80 @@
+#include "integration-tests/nbv_benchmark/planners.h"
+
+#include "common/core/error.h"
+
+namespace periplus::nbv_benchmark {
+namespace {
+
+// The first of the eligible candidates with the greatest value.
+template <class Value>
+Choice best(const PlanningInput& in, Value value) {
+  Choice choice;
+  for (const int i : in.eligible) {
+    const double v = value(i);
+    if (choice.candidate >= 0 && !(v > choice.predicted)) continue;
+    choice.candidate = i;
+    choice.predicted = v;
+  }
+  choice.X_WC = in.arena.candidates[static_cast<std::size_t>(choice.candidate)];
+  return choice;
+}
+
+class Ours : public Planner {
+ public:
+  Choice choose(const PlanningInput& in) override {
+    return best(in, [&](int i) { return in.evaluator.evaluate(in.arena.candidates[static_cast<std::size_t>(i)], workspace_).value; });
+  }
+
+ private:
+  nbv::Evaluator::Workspace workspace_;
+};
+
+class OursSearch : public Planner {
+ public:
+  explicit OursSearch(const PlannerSettings& settings) : settings_(settings) {}
+  Choice choose(const PlanningInput& in) override {
+    const nbv::PlannedView v = nbv::plan_view(in.situation, settings_.seed + in.taken.size(), settings_.search, settings_.evaluation, {});
+    return {-1, v.X_WC, v.evaluation.value};
+  }
+
+ private:
+  PlannerSettings settings_;
+};
+
+class RandomPlanner : public Planner {
+ public:
+  explicit RandomPlanner(std::uint64_t seed) : random_(seed) {}
+  Choice choose(const PlanningInput& in) override {
+    const int i = in.eligible[random_.below(in.eligible.size())];
+    return {i, in.arena.candidates[static_cast<std::size_t>(i)], 0};
+  }
+
+ private:
+  Random random_;
+};
+
+class Oracle : public Planner {
+ public:
+  Choice choose(const PlanningInput& in) override {
+    return best(in, [&](int i) { return static_cast<double>(in.covers.at(static_cast<std::size_t>(i)).beyond(in.covered)); });
+  }
+};
+
+}  // namespace
+
+std::vector<std::string> planner_names() { return {"ours", "search", "random", "oracle"}; }
+
+bool knows_the_object(const std::string& planner) { return planner == "oracle"; }
+bool takes_lists(const std::string& planner) { return planner != "search"; }
+
+std::unique_ptr<Planner> make_planner(const std::string& name, const PlannerSettings& settings) {
+  if (name == "ours") return std::make_unique<Ours>();
+  if (name == "search") return std::make_unique<OursSearch>(settings);
+  if (name == "random") return std::make_unique<RandomPlanner>(settings.seed);
+  if (name == "oracle") return std::make_unique<Oracle>();
+  std::string known;
+  for (const std::string& n : planner_names()) known += " " + n;
+  throw_error(ErrorCode::bad_input, "there is no planner '" + name + "'; there are:" + known);
+}
+
+}  // namespace periplus::nbv_benchmark

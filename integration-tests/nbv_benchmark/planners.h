@@ -1,0 +1,59 @@
+// Who decides where to look next. All planners of a run are given the same situation and the same candidate poses.
+//
+//   ours     the planner's own value of a view (services/nbv_planner, Evaluator)
+//   search   ours, without the list: plan_view over all positions and orientations; not for the dome, which is a list
+//   random   any of the poses
+//   oracle   knows the object: the pose whose depth map covers most samples that are not covered yet
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/core/random.h"
+#include "integration-tests/nbv_benchmark/arena.h"
+#include "services/nbv_planner/evaluation.h"
+#include "services/nbv_planner/view_search.h"
+
+namespace periplus::nbv_benchmark {
+
+struct PlanningInput {
+  const Arena& arena;
+  const nbv::Situation& situation;
+  const nbv::Evaluator& evaluator;
+  const std::vector<int>& eligible;   // candidates that satisfy the constraints and were not taken yet; never empty
+  const std::vector<Mask>& covers;    // by candidate: samples that its ideal depth map covers (for the oracle alone)
+  const Mask& covered;                // samples covered so far (for the oracle alone)
+  std::vector<Pose> taken;            // views so far
+  int views_left = 1;                 // this one included
+};
+
+struct Choice {
+  int candidate = -1;                 // -1: a pose of its own
+  Pose X_WC = Pose::Identity();
+  double predicted = 0;               // in the planner's own unit
+};
+
+class Planner {
+ public:
+  virtual ~Planner() = default;
+  virtual Choice choose(const PlanningInput& input) = 0;
+};
+
+struct PlannerSettings {
+  nbv::SearchSettings search;
+  nbv::EvaluationSettings evaluation;
+  std::uint64_t seed = 1;
+};
+
+// All names, in the order of the tables.
+std::vector<std::string> planner_names();
+// Throws Error(bad_input) naming the planners that there are.
+std::unique_ptr<Planner> make_planner(const std::string& name, const PlannerSettings& settings);
+// True if the planner needs PlanningInput::covers.
+bool knows_the_object(const std::string& planner);
+// False for a planner that cannot choose from a list alone.
+bool takes_lists(const std::string& planner);
+
+}  // namespace periplus::nbv_benchmark
