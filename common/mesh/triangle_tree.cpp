@@ -65,9 +65,10 @@ bool ray_box(const Node& n, const Vector3d& o, const Vector3d& inverse, double t
   double low = 0, high = t_max;
   for (int k = 0; k < 3; ++k) {
     const double a = (n.lower[k] - o[k]) * inverse[k], b = (n.upper[k] - o[k]) * inverse[k];
-    // A ray in a face of the box gives NaN, which fmin and fmax pass over.
-    low = std::fmax(low, std::fmin(a, b));
-    high = std::fmin(high, std::fmax(a, b));
+    // 0 times infinity: the ray runs along a face of the box, and so within it as far as this axis is concerned.
+    if (std::isnan(a) || std::isnan(b)) continue;
+    low = std::max(low, std::min(a, b));
+    high = std::min(high, std::max(a, b));
   }
   return low <= high * (1 + 1e-12);
 }

@@ -52,6 +52,18 @@ TEST(TriangleTree, AgreesWithExhaustiveSearch) {
   EXPECT_GT(hits, 10);
 }
 
+// Planes of the grid of faces, in which the tree's boxes end too: a ray within them meets the box all the same.
+TEST(TriangleTree, RayWithinTheFacesOfBoxes) {
+  const TriangleTree tree(make_box({0.02, 2, 2}, 1));
+  for (const double y : {-0.75, -0.5, -0.25, 0.0, 0.1, 0.25, 1.0})
+    for (const double z : {-1.0, -0.5, -0.25, 0.0, 0.25, 0.7}) {
+      const auto hit = tree.ray({1, y, z}, {-1, 0, 0});
+      ASSERT_TRUE(hit.has_value()) << y << " " << z;
+      EXPECT_NEAR(hit->t, 0.99, 1e-12);
+      EXPECT_TRUE(tree.ray({1, y - 0.01, z}, {-1, y > 0 ? -0.001 : 0.001, 0}).has_value() || y - 0.01 < -1) << y << " " << z;
+    }
+}
+
 TEST(TriangleTree, RayAlongAnAxis) {
   const TriangleTree tree(make_box({1, 1, 1}, 1));
   const auto hit = tree.ray({-3, 0.1, 0.2}, {1, 0, 0});
