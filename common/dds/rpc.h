@@ -14,7 +14,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "common/core/error.h"
 #include "common/dds/node.h"
@@ -48,6 +50,8 @@ struct CallOptions {
   std::function<bool()> cancelled = {};
   // How long to wait for a server to appear (or appear again after one was lost: the request is then sent to the next).
   std::chrono::milliseconds wait_for_server{0};
+  // Runs on this instance of others() and on no other: once it is lost, so is the call.
+  std::optional<Guid> only_on = {};
 };
 
 // Given to a handler.
@@ -113,6 +117,7 @@ class RpcClientEngine {
   RpcResult call(void* request, void* reply, const CallOptions&);
   bool wait_for_server(std::chrono::milliseconds);
   int servers();
+  std::vector<Guid> others();
 
  private:
   struct Impl;
@@ -145,6 +150,8 @@ class RpcClient {
   RpcResult call(Req& request, Rep& reply, const CallOptions& options = {}) { return engine_.call(&request, &reply, options); }
   bool wait_for_server(std::chrono::milliseconds timeout) { return engine_.wait_for_server(timeout); }
   int servers() { return engine_.servers(); }
+  // The live instances that are not of this client's own node, in an order that is the same for all who ask.
+  std::vector<Guid> others() { return engine_.others(); }
 
  private:
   detail::RpcClientEngine engine_;

@@ -252,7 +252,8 @@ RpcResult RpcClientEngine::Impl::call(void* request, void* reply, const CallOpti
       }
     }
     bool half = false;
-    const std::set<Guid> there = instances(&half);
+    std::set<Guid> there = instances(&half);
+    if (options.only_on) std::erase_if(there, [&](const Guid& instance) { return instance != *options.only_on; });
     if (target) {
       const auto reading = requests->matched_readers();
       const bool matched = std::any_of(reading.begin(), reading.end(), [&](const Guid& r) { return instance_of(r) == *target; });
@@ -299,6 +300,12 @@ bool RpcClientEngine::wait_for_server(milliseconds timeout) {
     std::this_thread::sleep_for(milliseconds(5));
   }
   return true;
+}
+
+std::vector<Guid> RpcClientEngine::others() {
+  std::set<Guid> there = impl_->instances();
+  there.erase(instance_of(impl_->replies.reader().guid()));
+  return {there.begin(), there.end()};
 }
 
 int RpcClientEngine::servers() { return static_cast<int>(impl_->instances().size()); }

@@ -115,6 +115,44 @@ TEST_P(RpcClientTest, CallLeftByAnExceptionOfTheCallersIsForgotten) {
   EXPECT_GE(second.statistics().calls, 5U);
 }
 
+TEST_P(RpcClientTest, ACallMayBeBoundToOneOfTheOthers) {
+  Client client(*node_, "a");
+  const auto handler = [](std::uint32_t number) {
+    return [number](const auto&, auto& reply, RpcContext& context) {
+      while (number == 2 && !context.cancelled()) std::this_thread::sleep_for(5ms);
+      reply.revision(number);
+    };
+  };
+  const auto one = node(), two = node();
+  const Server own(*node_, "a", handler(0)), first(*one, "a", handler(1));
+  auto second = std::make_unique<Server>(*two, "a", handler(2));
+  ASSERT_TRUE(testing::eventually([&] { return client.servers() == 3; }));
+  const std::vector<Guid> others = client.others();
+  ASSERT_EQ(others.size(), 2U) << "the own instance is not among the others";
+  msg::ExportRequest q;
+  msg::ExportReply r;
+  std::optional<Guid> quick, slow;
+  for (const Guid& other : others) {
+    for (int i = 0; i < 3; ++i) {
+      const RpcResult result = client.call(q, r, {.deadline = 300ms, .only_on = other});
+      if (result.status == RpcStatus::timeout) slow = other;
+      if (result.ok()) {
+        quick = other;
+        EXPECT_EQ(r.revision(), 1U);
+      }
+    }
+  }
+  ASSERT_TRUE(quick && slow && quick != slow);
+  EXPECT_EQ(own.statistics().calls, 0U);
+  std::thread leaves([&] {
+    std::this_thread::sleep_for(300ms);
+    second.reset();
+  });
+  EXPECT_EQ(client.call(q, r, {.deadline = 10s, .only_on = slow}).status, RpcStatus::server_lost) << "no other may take over";
+  leaves.join();
+  EXPECT_EQ(client.others(), std::vector<Guid>{*quick});
+}
+
 INSTANTIATE_TEST_SUITE_P(, RpcClientTest, testing::each_vendor());
 
 }  // namespace
