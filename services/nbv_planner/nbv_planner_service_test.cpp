@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
 
 #include "common/dds/codec_impl.h"
 #include "common/service/testing/test_service.h"
@@ -46,6 +49,7 @@ TEST(NbvPlannerService, AnswersAndRefuses) {
   service::testing::TestService service("nbv_planner_service_test");
   Settings settings;
   settings.revision_wait_s = 0.2;
+  settings.alike = "like this";
   const NbvPlannerService planner(service, settings);
   dds::Publisher<msg::Environment> environments(service.node(), "periplus/environment", dds::qos_latest());
   dds::Publisher<msg::ObjectGrid> objects(service.node(), "periplus/object", dds::qos_latest());
@@ -114,6 +118,76 @@ TEST(NbvPlannerService, AnswersAndRefuses) {
   bad.height_min_m(2.78);
   bad.height_max_m(2.79);
   EXPECT_EQ(code(ask(bad, other)), ErrorCode::nbv_no_reachable_view);
+
+  // Numbers that cannot be, one at a time.
+  using Change = std::function<void(msg::PlanViewRequest&)>;
+  const double nan = std::nan(""), infinite = HUGE_VAL;
+  const std::vector<std::pair<Change, ErrorCode>> changes{
+      {[&](auto& q) { q.time_limit_s(nan); }, ErrorCode::not_finite},
+      {[&](auto& q) { q.time_limit_s(infinite); }, ErrorCode::not_finite},
+      {[](auto& q) { q.time_limit_s(-1); }, ErrorCode::bad_input},
+      {[](auto& q) { q.time_limit_s(1e9); }, ErrorCode::bad_input},
+      {[&](auto& q) { q.height_min_m(-infinite); }, ErrorCode::not_finite},
+      {[](auto& q) { q.height_min_m(1.4); }, ErrorCode::bad_input},
+      {[&](auto& q) { q.distance_max_m(infinite); }, ErrorCode::not_finite},
+      {[](auto& q) { q.distance_min_m(3); }, ErrorCode::bad_input},
+      {[&](auto& q) { q.pitch_min_rad(nan); }, ErrorCode::not_finite},
+      {[](auto& q) { q.pitch_max_rad(-1); }, ErrorCode::bad_input},
+      {[&](auto& q) { q.roll_max_rad(nan); }, ErrorCode::not_finite},
+      {[&](auto& q) { q.yaw_max_rad(nan); }, ErrorCode::not_finite},
+      {[&](auto& q) { q.rig().camera().fx(nan); }, ErrorCode::not_finite},
+      {[](auto& q) { q.rig().camera().height(100000); }, ErrorCode::bad_input},
+      {[&](auto& q) { q.rig().baseline(infinite); }, ErrorCode::not_finite},
+      {[](auto& q) { q.pose_world_camera().qw(2); }, ErrorCode::bad_input},
+      {[&](auto& q) {
+         q.forbidden().resize(256, q.pose_world_camera());
+         q.forbidden().back().position().x(nan);
+       }, ErrorCode::not_finite},
+      {[](auto& q) { q.plan_id(std::string()); }, ErrorCode::bad_input},
+  };
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    bad = request();
+    changes[i].first(bad);
+    EXPECT_EQ(code(ask(bad, other)), changes[i].second) << "change " << i;
+    EXPECT_EQ(other.evaluations(), 0u);
+  }
+  // As many forbidden poses as the IDL allows, none of them near: the same view as without them is still feasible.
+  bad = request();
+  bad.forbidden().resize(256, wire::to_wire(look_at({-2.5, -2.5, 1.2}, {0, 0, 1.1})));
+  EXPECT_TRUE(ask(bad, other).ok());
+  bad.forbidden().resize(257);
+  EXPECT_EQ(client.call(bad, other, {.deadline = 500ms}).status, dds::RpcStatus::timeout) << "over the bound: dropped where it arrives";
+
+  // What other planners ask.
+  dds::RpcClient<msg::RunTasksRequest, msg::RunTasksReply> tasks(service.node(), "nbv/tasks");
+  const auto part = [&](const std::function<void(msg::RunTasksRequest&)>& change, msg::RunTasksReply& r) {
+    msg::RunTasksRequest q;
+    q.plan(request());
+    q.alike("like this");
+    q.last(2);
+    change(q);
+    return code(tasks.call(q, r, {.deadline = 60s, .wait_for_server = 10s}));
+  };
+  msg::RunTasksReply results;
+  ASSERT_EQ(part([](auto&) {}, results), ErrorCode::ok);
+  EXPECT_EQ(results.results().sizes().size(), 2u);
+  const std::size_t numbers = results.results().numbers().size();
+  EXPECT_EQ(results.results().sizes()[0] + results.results().sizes()[1], numbers);
+  const msg::StageNumbers two = results.results();
+  EXPECT_EQ(part([](auto& q) { q.alike("like that"); }, results), ErrorCode::bad_input);
+  EXPECT_EQ(part([](auto& q) { q.plan().revision(9); }, results), ErrorCode::nbv_revision_not_here);
+  EXPECT_EQ(part([](auto& q) { q.first(2); }, results), ErrorCode::bad_input);
+  EXPECT_EQ(part([](auto& q) { q.last(0xffffffffu); }, results), ErrorCode::bad_input);
+  EXPECT_EQ(part([](auto& q) { q.last(900000); }, results), ErrorCode::bad_input);
+  EXPECT_EQ(part([&](auto& q) { q.done().push_back(two); }, results), ErrorCode::bad_size);  // of two tasks only
+  EXPECT_EQ(part([&](auto& q) { q.done().resize(256); }, results), ErrorCode::bad_size);
+  EXPECT_EQ(part([&](auto& q) {
+              q.done().push_back(two);
+              q.done().back().sizes().resize(65536, 0xffffffffu);
+            }, results), ErrorCode::bad_size);
+  EXPECT_TRUE(results.results().numbers().empty());
+  ASSERT_TRUE(ask(request(), other).ok()) << "still there";
+  EXPECT_EQ(reply.pose_world_camera(), other.pose_world_camera());
 }
 
 }  // namespace

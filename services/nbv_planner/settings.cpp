@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "common/core/error.h"
+#include "common/core/hash.h"
+#include "common/core/version.h"
 
 namespace periplus::nbv {
 namespace {
@@ -20,11 +22,18 @@ void choose(const config::Node& node, const char* key, T& value, const std::vect
   value = std::find_if(choices.begin(), choices.end(), [&](const auto& c) { return c.first == name; })->second;
 }
 
+std::string digest_of_what_counts(const config::Node& root) {
+  config::Node copy = config::parse(root.text(), "settings");
+  for (const char* key : {"revision_wait_s", "other_instances", "search.threads"}) config::set(copy, key, "0");
+  return sha256_hex(std::string(version()) + "\n" + copy.text());
+}
+
 }  // namespace
 
 Settings read_settings(const config::Node& root) {
   Settings s;
   root.read("revision_wait_s", s.revision_wait_s, {0, 60});
+  root.read("other_instances", s.other_instances, {0, 64});
 
   const config::Node search = root.child("search");
   search.read("samples", s.search.samples, {1, 100000});
@@ -79,6 +88,7 @@ Settings read_settings(const config::Node& root) {
   double degrees = c.forbidden_angle * 180 / std::numbers::pi;
   if (constraints.read("forbidden_angle_deg", degrees, {0, 180})) c.forbidden_angle = degrees * std::numbers::pi / 180;
   root.finish();
+  s.alike = digest_of_what_counts(root);
   return s;
 }
 

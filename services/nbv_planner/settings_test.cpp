@@ -44,5 +44,14 @@ TEST(Settings, BadOnesAreRefused) {
   EXPECT_THROW(read("evaluation: {pair_depth_min_m: 3}"), Error);
 }
 
+TEST(Settings, PlannersAreAlikeIfTheirViewsAre) {
+  const auto alike = [](const char* yaml) { return read_settings(config::parse(yaml, "test.yaml")).alike; };
+  const std::string some = alike("search: {max_evaluations: 900, threads: 2}");
+  EXPECT_EQ(some.size(), 64u);
+  EXPECT_EQ(some, alike("other_instances: 3\nrevision_wait_s: 1\nsearch: {max_evaluations: 900, threads: 1}"));
+  EXPECT_NE(some, alike("search: {max_evaluations: 901, threads: 2}"));
+  EXPECT_NE(some, alike("search: {max_evaluations: 900}\nevaluation: {least_landmarks: 6}"));
+}
+
 }  // namespace
 }  // namespace periplus::nbv

@@ -392,13 +392,18 @@ Outcome ModelingActions::Impl::next_view() {
   Random seeds(task.seed * 1000003u + static_cast<std::uint64_t>(attempt));
   request.seed(seeds.next());
   request.max_evaluations(0);
+  request.time_limit_s(settings.view_time_limit_s);
+  request.scatter(true);  // the view is the same, only sooner
   call_knowing(plan_view, "nbv/plan", request, view, settings.request_deadline_s);
   current.predicted_gain_px = view.predicted_gain_px();
   current.predicted_gain_voxels = view.predicted_gain_voxels();
   whiteboard.put("next_view", {{"pose_world_camera", to_json(wire::from_wire(view.pose_world_camera()))},
                                {"predicted_gain_px", view.predicted_gain_px()},
                                {"predicted_gain_voxels", view.predicted_gain_voxels()},
-                               {"evaluations", view.evaluations()}});
+                               {"evaluations", view.evaluations()},
+                               {"cut_short", view.cut_short()},
+                               {"tasks", view.tasks()},
+                               {"tasks_elsewhere", view.tasks_elsewhere()}});
   const Trigger verdict = stop_rule.judge(look_number, view.predicted_gain_voxels());
   const std::string promise = "best view promises " + std::to_string(static_cast<long>(view.predicted_gain_voxels())) + " unknown voxels";
   if (verdict == Trigger::gain_small) return {verdict, promise + ", less than " + std::to_string(static_cast<long>(task.stop.least_gain_voxels))};

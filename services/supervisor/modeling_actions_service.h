@@ -22,6 +22,7 @@ struct ActionSettings {
   double wait_for_service_s = 8;   // for a lost one to come back, or for another instance
   double request_deadline_s = 60;  // capture, process, integrate, plan
   double motion_deadline_s = 600;  // walk, set posture
+  double view_time_limit_s = 0;    // of the search for a view; 0: none
 };
 
 class ModelingActions : public Actions {

@@ -28,6 +28,7 @@ SupervisorSettings read_settings(const config::Node& configuration) {
   configuration.read("wait_for_service_s", s.wait_for_service_s, {.minimum = 0, .maximum = 600});
   configuration.read("request_deadline_s", s.request_deadline_s, {.minimum = 0.1, .maximum = 3600});
   configuration.read("motion_deadline_s", s.motion_deadline_s, {.minimum = 0.1, .maximum = 3600});
+  configuration.read("view_time_limit_s", s.view_time_limit_s, {.minimum = 0, .maximum = 3600});
   configuration.read("log_folder", s.log_folder);
   configuration.finish();
   return s;
@@ -190,7 +191,7 @@ void SupervisorService::Impl::run(Task task, msg::Environment environment) {
       publish(event);
     };
     try {
-      actions = std::make_unique<ModelingActions>(service.node(), ActionSettings{settings.wait_for_service_s, settings.request_deadline_s, settings.motion_deadline_s},
+      actions = std::make_unique<ModelingActions>(service.node(), ActionSettings{settings.wait_for_service_s, settings.request_deadline_s, settings.motion_deadline_s, settings.view_time_limit_s},
                                                   task, run_id, environment, recorder, whiteboard, recording, writes, interruption, [this](msg::RunEvent e) { publish(std::move(e)); });
       result = run_machine(*actions, entered);
     } catch (const Error& e) {

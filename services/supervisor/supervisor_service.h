@@ -13,6 +13,7 @@ struct SupervisorSettings {
   double wait_for_service_s = 8;
   double request_deadline_s = 60;
   double motion_deadline_s = 600;
+  double view_time_limit_s = 0;    // of the search for a view; 0: none
   std::string log_folder;          // of services that the client did not start; may be empty
 };
 // Throws Error(bad_input) for what cannot be used.
