@@ -45,10 +45,14 @@ TEST(Settings, BadOnesAreRefused) {
 }
 
 TEST(Settings, PlannersAreAlikeIfTheirViewsAre) {
-  const auto alike = [](const char* yaml) { return read_settings(config::parse(yaml, "test.yaml")).alike; };
+  const auto alike = [](const char* yaml) {
+    config::Node root = config::load_file(PERIPLUS_SOURCE_DIR "/services/nbv_planner/config/default.yaml");
+    config::overlay(root, config::parse(yaml, "test.yaml"));
+    return read_settings(root).alike;
+  };
   const std::string some = alike("search: {max_evaluations: 900, threads: 2}");
   EXPECT_EQ(some.size(), 64u);
-  EXPECT_EQ(some, alike("other_instances: 3\nrevision_wait_s: 1\nsearch: {max_evaluations: 900, threads: 1}"));
+  EXPECT_EQ(some, alike("other_instances: 3\nrevision_wait_s: 1\nsearch: {threads: 1, max_evaluations: 900}"));
   EXPECT_NE(some, alike("search: {max_evaluations: 901, threads: 2}"));
   EXPECT_NE(some, alike("search: {max_evaluations: 900}\nevaluation: {least_landmarks: 6}"));
 }
