@@ -71,7 +71,7 @@ class Explorer {
     Run run;
     run.object = subject_.file.name;
     run.planner = name;
-    const PlannerSettings planner_settings{search_, evaluation_, mix(o_.seed, 77)};
+    const PlannerSettings planner_settings{search_, evaluation_, o_.gain, mix(o_.seed, 77)};
     const auto planner = make_planner(name, planner_settings);
     Reconstruction model(arena_, subject_, carving_);
     Mask covered(subject_.samples.size());

@@ -40,6 +40,7 @@ struct BenchmarkOptions {
   Resolution single{1, 3, 0}, pair{3, 10, 2};
   nbv::EvaluationSettings evaluation;        // but for more_than_pixels
   nbv::SearchSettings search;                // but for threads
+  nbv::GainSettings gain;                    // of the literature
   std::shared_ptr<const robot::RobotModel> robot;
   std::string keep_folder;                   // poses and depth maps of each run; empty: not kept
   std::string record_folder;                 // a model file for each plan of `ours` and `search`; empty: none

@@ -1,5 +1,7 @@
 #include "integration-tests/nbv_benchmark/planners.h"
 
+#include <algorithm>
+
 #include "common/core/error.h"
 
 namespace periplus::nbv_benchmark {
@@ -41,6 +43,19 @@ class OursSearch : public Planner {
   PlannerSettings settings_;
 };
 
+class LiteratureGain : public Planner {
+ public:
+  LiteratureGain(const std::string& name, const nbv::GainSettings& settings) : name_(name), settings_(settings) {}
+  Choice choose(const PlanningInput& in) override {
+    const auto gain = nbv::make_information_gain(name_, in.situation, settings_);
+    return best(in, [&](int i) { return gain->evaluate(in.arena.candidates[static_cast<std::size_t>(i)]); });
+  }
+
+ private:
+  std::string name_;
+  nbv::GainSettings settings_;
+};
+
 class RandomPlanner : public Planner {
  public:
   explicit RandomPlanner(std::uint64_t seed) : random_(seed) {}
@@ -62,7 +77,17 @@ class Oracle : public Planner {
 
 }  // namespace
 
-std::vector<std::string> planner_names() { return {"ours", "search", "random", "oracle"}; }
+bool literature(const std::string& name) {
+  const std::vector<std::string>& names = nbv::information_gain_names();
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::vector<std::string> planner_names() {
+  std::vector<std::string> names = {"ours", "search"};
+  for (const std::string& gain : nbv::information_gain_names()) names.push_back(gain);
+  names.insert(names.end(), {"random", "oracle"});
+  return names;
+}
 
 bool knows_the_object(const std::string& planner) { return planner == "oracle"; }
 bool takes_lists(const std::string& planner) { return planner != "search"; }
@@ -72,6 +97,7 @@ std::unique_ptr<Planner> make_planner(const std::string& name, const PlannerSett
   if (name == "search") return std::make_unique<OursSearch>(settings);
   if (name == "random") return std::make_unique<RandomPlanner>(settings.seed);
   if (name == "oracle") return std::make_unique<Oracle>();
+  if (literature(name)) return std::make_unique<LiteratureGain>(name, settings.gain);
   std::string known;
   for (const std::string& n : planner_names()) known += " " + n;
   throw_error(ErrorCode::bad_input, "there is no planner '" + name + "'; there are:" + known);

@@ -2,6 +2,7 @@
 //
 //   ours     the planner's own value of a view (services/nbv_planner, Evaluator)
 //   search   ours, without the list: plan_view over all positions and orientations; not for the dome, which is a list
+//   occlusion_aware, unobserved, ...  the gains of the literature (services/nbv_planner/gain.h)
 //   random   any of the poses
 //   oracle   knows the object: the pose whose depth map covers most samples that are not covered yet
 #pragma once
@@ -14,6 +15,7 @@
 #include "common/core/random.h"
 #include "integration-tests/nbv_benchmark/arena.h"
 #include "services/nbv_planner/evaluation.h"
+#include "services/nbv_planner/gain.h"
 #include "services/nbv_planner/view_search.h"
 
 namespace periplus::nbv_benchmark {
@@ -44,6 +46,7 @@ class Planner {
 struct PlannerSettings {
   nbv::SearchSettings search;
   nbv::EvaluationSettings evaluation;
+  nbv::GainSettings gain;
   std::uint64_t seed = 1;
 };
 
@@ -51,6 +54,8 @@ struct PlannerSettings {
 std::vector<std::string> planner_names();
 // Throws Error(bad_input) naming the planners that there are.
 std::unique_ptr<Planner> make_planner(const std::string& name, const PlannerSettings& settings);
+// True for a gain of the literature.
+bool literature(const std::string& planner);
 // True if the planner needs PlanningInput::covers.
 bool knows_the_object(const std::string& planner);
 // False for a planner that cannot choose from a list alone.

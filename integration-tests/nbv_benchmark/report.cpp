@@ -144,7 +144,7 @@ json to_json(const BenchmarkResult& result, const BenchmarkOptions& o, const Pro
   const auto resolution = [](const BenchmarkOptions::Resolution& r) {
     return json{{"known_points", r.known_points}, {"seen_points", r.seen_points}, {"more_than_pixels", r.more_than_pixels}};
   };
-  j["parameters"] = {{"views", o.views}, {"candidates", o.candidates}, {"seed", o.seed}, {"distance_m", o.distance},
+  j["parameters"] = {{"views", o.views}, {"candidates", o.candidates}, {"seed", o.seed}, {"distance_m", o.distance}, {"gain_pixel_step", o.gain.pixel_step},
                      {"longest_side_m", o.subject.longest_side}, {"box_margin", o.subject.margin}, {"voxels", o.subject.voxels},
                      {"samples", o.subject.samples}, {"single", resolution(o.single)}, {"pair", resolution(o.pair)}};
   for (const SettingResult& s : result.settings) {

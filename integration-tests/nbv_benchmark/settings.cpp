@@ -38,6 +38,7 @@ BenchmarkOptions read_options(const config::Node& root) {
   root.read("views", o.views, {1, 1000});
   root.read("candidates", o.candidates, {1, 100000});
   root.read("seed", o.seed);
+  root.read("gain_pixel_step", o.gain.pixel_step, {1, 100});
   root.read("distance_m", o.distance, {1e-4, 1});
   const config::Node object = root.child("object");
   object.read("longest_side_m", o.subject.longest_side, {0.01, 2});
