@@ -15,6 +15,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kRoom = 8;                 // side of the room in which an object floats [m]
 constexpr double kTable = 0.7;              // side and height of the table [m]
+constexpr double kTableTolerance = 0.004;   // CarvingSettings::solid_tolerance_m
 constexpr double kNear = 0.6, kFar = 2.5;   // to the surface [m]
 constexpr int kDraws = 500;                 // for each candidate that is wanted
 
@@ -163,6 +164,22 @@ Arena make_arena(const Subject& s, const ArenaOptions& o) {
     add_visible(s.voxel_points, s.voxel_normals, occluders, viewer, a.visible_voxels);
   }
   return a;
+}
+
+std::optional<double> table_height_object(const Arena& a) {
+  if (a.scene.solids.empty()) return std::nullopt;
+  return kTable + kTableTolerance - a.X_WO.translation().z();
+}
+
+ImageF without_table(const Arena& a, const object_model::DepthMap& map) {
+  const auto table = table_height_object(a);
+  if (!table) return map.depth;
+  ImageF depth = map.depth;
+  const Pose X_OC = a.X_WO.inverse() * map.X_WC;
+  for (int v = 0; v < depth.height; ++v)
+    for (int u = 0; u < depth.width; ++u)
+      if (depth.at(u, v) > 0 && (X_OC * map.camera.back_project(u, v, depth.at(u, v))).z() <= *table) depth.at(u, v) = 0;
+  return depth;
 }
 
 nbv::Situation situation_of(const Arena& a, std::shared_ptr<const voxel::OccupancyGrid> grid) {

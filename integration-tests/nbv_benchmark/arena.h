@@ -10,6 +10,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,11 @@ struct Arena {
 
 // Throws Error(bad_input) if the robot is missing where it is needed, or if no pose is to be found.
 Arena make_arena(const Subject& subject, const ArenaOptions& options);
+
+// Height up to which a point is the table's rather than the object's, in the object's frame [m]; nothing where there is no table.
+std::optional<double> table_height_object(const Arena& arena);
+// The depth map without the points of the table.
+ImageF without_table(const Arena& arena, const object_model::DepthMap& map);
 
 // What the planner is told of an arena, with this grid.
 nbv::Situation situation_of(const Arena& arena, std::shared_ptr<const voxel::OccupancyGrid> grid);

@@ -49,7 +49,8 @@ class Explorer {
  public:
   Explorer(const BenchmarkOptions& options, const Setting& setting, const Subject& subject, const Arena& arena, const Mask& reachable)
       : o_(options), setting_(setting), subject_(subject), arena_(arena), reachable_(reachable), everything_(subject.samples.size()),
-        every_voxel_(subject.voxel_points.size()), evaluation_(options.evaluation), search_(options.search), sensor_(make_sensor(setting.sensor, arena, subject, options.seed)) {
+        every_voxel_(subject.voxel_points.size()), evaluation_(options.evaluation), search_(options.search), sensor_(make_sensor(setting.sensor, arena, subject, options.seed)),
+        kept_(options.keep_folder, setting.name(), subject, arena, reachable, options.distance) {
     const BenchmarkOptions::Resolution& r = setting.camera == Camera::single ? options.single : options.pair;
     carving_.known_points = r.known_points;
     carving_.seen_points = r.seen_points;
@@ -78,7 +79,6 @@ class Explorer {
     std::set<int> used;
     std::vector<Pose> taken;
     std::vector<double> errors;
-    KeptRun kept(o_.keep_folder, setting_, arena_, subject_, name);
     double travel = 0;
     for (int view = 0; view < o_.views; ++view) {
       ViewRecord record;
@@ -117,7 +117,7 @@ class Explorer {
       record.model_seconds = seconds_since(start);
       cover(look, covered);
       add_errors(look, errors);
-      kept.add(record, look);
+      kept_.add_look(name, view, look);
 
       const Mask known = model.known(subject_);
       record.all = share(covered, everything_);
@@ -136,7 +136,7 @@ class Explorer {
       run.error_mean = sum / static_cast<double>(errors.size());
       run.error_p95 = errors[errors.size() * 95 / 100];
     }
-    kept.finish(run);
+    kept_.finish(name, run.views);
     return run;
   }
 
@@ -160,23 +160,24 @@ class Explorer {
 
   void cover(const Look& look, Mask& covered) const {
     for (const object_model::DepthMap& map : look.depth)
-      add_covered(subject_.samples, map.depth, map.camera, arena_.X_WO.inverse() * map.X_WC, o_.distance, covered);
+      add_covered(subject_.samples, without_table(arena_, map), map.camera, arena_.X_WO.inverse() * map.X_WC, o_.distance, covered);
   }
 
   // Distance of every so many points within the box to the true surface; what lies on the table is the table's.
   void add_errors(const Look& look, std::vector<double>& errors) const {
     constexpr int step = 7;
     const Eigen::Vector3d half = arena_.box.size / 2;
-    for (const object_model::DepthMap& map : look.depth)
+    for (const object_model::DepthMap& map : look.depth) {
+      const ImageF depth = without_table(arena_, map);
       for (int v = 0; v < map.camera.height; v += step)
         for (int u = 0; u < map.camera.width; u += step) {
-          const double z = map.depth.at(u, v);
+          const double z = depth.at(u, v);
           if (!(z > 0)) continue;
           const Eigen::Vector3d p_W = map.X_WC * map.camera.back_project(u, v, z);
           if (((arena_.box.X_WB.inverse() * p_W).cwiseAbs().array() > half.array()).any()) continue;
-          if (!arena_.scene.solids.empty() && arena_.collision->contains(p_W, 2 * carving_.solid_tolerance_m)) continue;
           errors.push_back(subject_.tree->closest(arena_.X_WO.inverse() * p_W).distance);
         }
+    }
   }
 
   void record_situation(const Reconstruction& model, const std::string& planner, int before_view) const {
@@ -200,6 +201,7 @@ class Explorer {
   nbv::EvaluationSettings evaluation_;
   nbv::SearchSettings search_;
   std::unique_ptr<Sensor> sensor_;
+  KeptObject kept_;
   std::vector<Mask> covers_;
 };
 

@@ -7,7 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/service/locate.h"
+#include "integration-tests/nbv_benchmark/checks.h"
+#include "integration-tests/nbv_benchmark/html_page.h"
+#include "integration-tests/nbv_benchmark/kept.h"
 #include "integration-tests/nbv_benchmark/measures.h"
 #include "integration-tests/nbv_benchmark/report.h"
 #include "integration-tests/nbv_benchmark/settings.h"
@@ -109,12 +113,30 @@ int run(const Arguments& a, const std::string& command) {
   const BenchmarkOptions o = options_of(a);
   fs::create_directories(a.output);
   const BenchmarkResult r = run_benchmark(o, [](const std::string& s) { std::fprintf(stderr, "%s\n", s.c_str()); });
-  const nlohmann::json report = to_json(r, o, provenance(command));
+  nlohmann::json report = to_json(r, o, provenance(command));
+  const std::vector<Check> checks = check_criteria(report);
+  if (a.check) report["checks"] = to_json(checks);
   write(fs::path(a.output) / "benchmark.json", report.dump(1) + "\n");
   write(fs::path(a.output) / "benchmark.csv", to_csv(r));
+  write(fs::path(a.output) / "index.html", html_page(report));
   print(r);
-  std::printf("%s/benchmark.json, benchmark.csv\n", a.output.c_str());
-  return 0;
+  std::printf("%s/index.html, benchmark.json, benchmark.csv\n", a.output.c_str());
+  if (!a.check) return 0;
+  bool all = true;
+  for (const Check& c : checks) {
+    std::printf("%-5s %-32s %s %s %g %s\n", c.ok ? "ok" : "FAILS", c.name.c_str(), c.known ? nlohmann::json(c.value).dump().c_str() : "missing", c.comparison.c_str(), c.limit,
+                c.detail.c_str());
+    all = all && c.ok;
+  }
+  return all ? 0 : 1;
+}
+
+int recompute_all(const std::string& folder) {
+  const Recomputed r = recompute(folder);
+  for (const std::string& d : r.differences) std::printf("%s\n", d.c_str());
+  std::printf("%d runs, %d views recomputed; largest difference of a coverage %.2g; %s\n", r.runs, r.views, r.largest,
+              r.differences.empty() ? "all agree" : "NOT all agree");
+  return r.differences.empty() ? 0 : 1;
 }
 
 }  // namespace
@@ -138,12 +160,25 @@ int main(int argc, char** argv) {
   app.add_option("--output", a.output, "folder of the results");
   app.add_option("--keep", a.keep, "keep poses and depth maps of each run in this folder");
   app.add_option("--record", a.record, "write a model file before each plan into this folder");
+  app.add_flag("--check", a.check, "hold the result against the criteria; exit status 1 if one fails");
   app.add_flag("--quick", a.quick, "three objects, fewer views and poses: about a minute");
+  std::string kept;
+  std::string json_file;
+  CLI::App* page = app.add_subcommand("page", "write index.html anew beside a benchmark.json");
+  page->add_option("file", json_file, "benchmark.json")->required();
+  CLI::App* again = app.add_subcommand("recompute", "recompute the coverages of the runs kept in a folder and hold them against what was reported");
+  again->add_option("folder", kept, "as given to --keep")->required();
   CLI11_PARSE(app, argc, argv);
   std::string command;
   for (int i = 1; i < argc; ++i) command += std::string(i > 1 ? " " : "") + argv[i];
   try {
-    return run(a, command);
+    if (page->parsed()) {
+      const fs::path html = fs::path(json_file).replace_filename("index.html");
+      write(html, html_page(nlohmann::json::parse(read_file(json_file))));
+      std::printf("%s\n", html.c_str());
+      return 0;
+    }
+    return again->parsed() ? recompute_all(kept) : run(a, command);
   } catch (const Error& e) {
     std::fprintf(stderr, "periplus-nbv-benchmark: %s\n", e.what());
   } catch (const std::exception& e) {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/error.h"
+#include "integration-tests/nbv_benchmark/kept.h"
 #include "integration-tests/nbv_benchmark/report.h"
 #include "integration-tests/nbv_benchmark/settings.h"
 
@@ -43,10 +44,10 @@ BenchmarkOptions small(const SubjectFile& file) {
   o.objects = {file};
   o.settings = {{PoseSet::dome, SensorKind::ideal, Camera::single, {"ours", "random", "oracle"}},
                 {PoseSet::free, SensorKind::ideal, Camera::single, {"ours", "random", "oracle"}}};
-  o.subject.voxels = 48;
-  o.subject.samples = 3000;
+  o.subject.voxels = 40;
+  o.subject.samples = 2000;
   o.views = 4;
-  o.candidates = 24;
+  o.candidates = 20;
   o.threads = 1;
   return o;
 }
@@ -89,6 +90,27 @@ TEST(Benchmark, CoverageGrowsAndTheOracleLeads) {
     EXPECT_GT(oracle.views[3].visible, 0.9);
     EXPECT_GT(ours.views[3].visible, 0.85);
   }
+}
+
+TEST(Benchmark, KeptRunsGiveTheSameMeasuresAgain) {
+  const TemporaryFolder folder;
+  BenchmarkOptions o = small(angle_iron(folder.path));
+  o.robot = robot::RobotModel::load_files(PERIPLUS_SOURCE_DIR "/deploy/robots/hrp2like.urdf", PERIPLUS_SOURCE_DIR "/deploy/robots/hrp2like.yaml");
+  o.settings = {{PoseSet::free, SensorKind::ideal, Camera::single, {"ours"}}, {PoseSet::reachable, SensorKind::ideal, Camera::pair, {"random"}}};
+  o.views = 2;
+  o.keep_folder = folder.path / "kept";
+  run_benchmark(o);
+  const Recomputed all = recompute(o.keep_folder);
+  EXPECT_EQ(all.runs, 2);
+  EXPECT_EQ(all.views, 4);
+  EXPECT_TRUE(all.differences.empty()) << all.differences.front();
+  // A depth map that was swapped for another is found out.
+  const fs::path run = folder.path / "kept/free-ideal-single/angle/ours";
+  fs::copy_file(run / "view-01-left.npy.gz", run / "view-02-left.npy.gz", fs::copy_options::overwrite_existing);
+  EXPECT_FALSE(recompute(o.keep_folder).differences.empty());
+  std::ofstream(run / "view-02-left.npy.gz") << "no such file";
+  EXPECT_THROW(recompute(o.keep_folder), Error);
+  EXPECT_THROW(recompute((folder.path / "nothing").string()), Error);
 }
 
 TEST(Benchmark, TheSamePoseAgainShowsNothingNew) {
