@@ -15,6 +15,7 @@ namespace {
 struct State {
   const std::function<double(const std::vector<double>&)>& f;
   nlopt_opt optimizer;
+  std::vector<double> origin, scale;  // point = origin + scale * the optimiser's variables
   LocalSearchResult best;
   std::exception_ptr error;
 };
@@ -22,7 +23,8 @@ struct State {
 double evaluate(unsigned n, const double* x, double*, void* data) {
   State& state = *static_cast<State*>(data);
   try {
-    const std::vector<double> point(x, x + n);
+    std::vector<double> point(n);
+    for (unsigned i = 0; i < n; ++i) point[i] = state.origin[i] + state.scale[i] * x[i];
     const double value = state.f(point);
     if (state.best.evaluations++ == 0 || value < state.best.value) {
       state.best.value = value;
@@ -36,6 +38,14 @@ double evaluate(unsigned n, const double* x, double*, void* data) {
   }
 }
 
+nlopt_algorithm algorithm_of(LocalMethod method) {
+  switch (method) {
+    case LocalMethod::newuoa: return NLOPT_LN_NEWUOA;
+    case LocalMethod::nelder_mead: return NLOPT_LN_NELDERMEAD;
+    default: return NLOPT_LN_BOBYQA;
+  }
+}
+
 }  // namespace
 
 LocalSearchResult minimize(const std::function<double(const std::vector<double>&)>& f, std::vector<double> x,
@@ -43,22 +53,34 @@ LocalSearchResult minimize(const std::function<double(const std::vector<double>&
   const std::size_t n = x.size();
   require(n >= 2 && options.step.size() == n && options.lower.size() == n && options.upper.size() == n,
           ErrorCode::bad_input, "local search: steps and bounds must be as many as variables, two at least");
-  for (std::size_t i = 0; i < n; ++i) x[i] = std::clamp(x[i], options.lower[i], options.upper[i]);
-  if (options.max_evaluations < static_cast<int>(2 * n + 3)) return {x, f(x), 1};
+  const bool bounded = options.method != LocalMethod::newuoa;
+  for (std::size_t i = 0; i < n && bounded; ++i) x[i] = std::clamp(x[i], options.lower[i], options.upper[i]);
+  const std::size_t least = options.method == LocalMethod::nelder_mead ? n + 2 : 2 * n + 3;
+  if (options.max_evaluations < static_cast<int>(least)) return {x, f(x), 1};
   const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> optimizer(
-      nlopt_create(NLOPT_LN_BOBYQA, static_cast<unsigned>(n)), nlopt_destroy);
-  State state{f, optimizer.get(), {x, 0, 0}, nullptr};
+      nlopt_create(algorithm_of(options.method), static_cast<unsigned>(n)), nlopt_destroy);
+  State state{f, optimizer.get(), std::vector<double>(n, 0.0), std::vector<double>(n, 1.0), {x, 0, 0}, nullptr};
+  std::vector<double> step = options.step;
+  double end = options.end;
+  if (!bounded) {  // NEWUOA's trust region is a ball: the variables are scaled so that it begins with the steps
+    state.origin = x;
+    state.scale = options.step;
+    end /= *std::min_element(step.begin(), step.end());
+    x.assign(n, 0.0);
+    step.assign(n, 1.0);
+  } else {
+    nlopt_set_lower_bounds(optimizer.get(), options.lower.data());
+    nlopt_set_upper_bounds(optimizer.get(), options.upper.data());
+  }
   nlopt_set_min_objective(optimizer.get(), evaluate, &state);
-  nlopt_set_lower_bounds(optimizer.get(), options.lower.data());
-  nlopt_set_upper_bounds(optimizer.get(), options.upper.data());
-  nlopt_set_initial_step(optimizer.get(), options.step.data());
-  nlopt_set_xtol_abs1(optimizer.get(), options.end);
+  nlopt_set_initial_step(optimizer.get(), step.data());
+  nlopt_set_xtol_abs1(optimizer.get(), end);
   nlopt_set_maxeval(optimizer.get(), options.max_evaluations);
   double value = 0;
   // However it ends (accuracy, budget, rounding in the quadratic model), the best point seen is the answer.
   nlopt_optimize(optimizer.get(), x.data(), &value);
   if (state.error) std::rethrow_exception(state.error);
-  if (state.best.evaluations == 0) return {x, f(x), 1};
+  if (state.best.evaluations == 0) return {state.best.x, f(state.best.x), 1};
   return state.best;
 }
 

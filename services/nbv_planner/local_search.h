@@ -1,4 +1,4 @@
-// Derivative-free local minimisation with BOBYQA (Powell 2009; NLopt), the bounded successor of the NEWUOA of thesis 3.1.1.
+// Derivative-free local minimisation (NLopt): the methods that the thesis compares (3.1.1, 3.4.4, 3.4.5).
 #pragma once
 
 #include <functional>
@@ -6,11 +6,18 @@
 
 namespace periplus::nbv {
 
+enum class LocalMethod {
+  bobyqa,       // Powell 2009: quadratic models within bounds
+  newuoa,       // Powell 2004: quadratic models, without bounds
+  nelder_mead,  // simplex, within bounds
+};
+
 struct LocalSearchOptions {
-  std::vector<double> step;      // trust region at the start, along each variable
-  std::vector<double> lower, upper;
+  std::vector<double> step;      // trust region (or simplex) at the start, along each variable
+  std::vector<double> lower, upper;  // not looked at by newuoa
   double end = 1e-3;             // accuracy asked for: trust region at the end, in the variables' units
   int max_evaluations = 60;
+  LocalMethod method = LocalMethod::bobyqa;
 };
 
 struct LocalSearchResult {
@@ -19,8 +26,8 @@ struct LocalSearchResult {
   int evaluations = 0;
 };
 
-// Starts at x (moved into the bounds). Too few evaluations for a quadratic model (2 n + 3): returns the start's value.
-// Exceptions of `f` pass through. Throws Error(bad_input) for arrays of different lengths.
+// Starts at x (moved into the bounds). Too few evaluations for a quadratic model (2 n + 3): returns the start's value; a
+// simplex takes n + 2. Exceptions of `f` pass through. Throws Error(bad_input) for arrays of different lengths.
 LocalSearchResult minimize(const std::function<double(const std::vector<double>&)>& f, std::vector<double> x,
                            const LocalSearchOptions& options);
 
