@@ -94,6 +94,23 @@ double Evaluator::landmark_penalty(double visible) const {
   return 2 * pixels * share * share;
 }
 
+void Evaluator::pose_terms(const Pose& X_WC, Evaluation& e) const {
+  const Eigen::Vector3d ypr = camera_yaw_pitch_roll(X_WC);
+  for (const Pose& F : situation_.forbidden) {
+    const Eigen::Vector3d other = camera_yaw_pitch_roll(F);
+    double sum = (F.translation() - X_WC.translation()).lpNorm<1>();
+    for (int i = 0; i < 3; ++i) sum += std::abs(wrap_angle(other[i] - ypr[i]));
+    e.k_forbidden += std::exp(-settings_.forbidden_slope * sum);
+  }
+  if (situation_.X_WC_now) {
+    e.k_motion = settings_.motion_per_m * (X_WC.translation() - situation_.X_WC_now->translation()).norm() +
+                 settings_.motion_per_rad * angle_between(X_WC, *situation_.X_WC_now);
+  }
+  if (situation_.reachability) {
+    e.k_reach = 1 - std::clamp(situation_.reachability->of(X_WC), 0.0, 1.0);
+  }
+}
+
 Evaluation Evaluator::evaluate(const Pose& X_WC, Workspace& workspace, Detail detail) const {
   require(is_finite(X_WC), ErrorCode::not_finite, "a viewpoint must be finite");
   const robot::ViewLimits& l = situation_.limits;
@@ -111,19 +128,7 @@ Evaluation Evaluator::evaluate(const Pose& X_WC, Workspace& workspace, Detail de
     e.k_distance = penalty(settings_.distance_slope * (l.distance_min - distance));
     e.k_far = penalty(settings_.distance_slope * (distance - l.distance_max));
   }
-  for (const Pose& F : situation_.forbidden) {
-    const Eigen::Vector3d other = camera_yaw_pitch_roll(F);
-    double sum = (F.translation() - X_WC.translation()).lpNorm<1>();
-    for (int i = 0; i < 3; ++i) sum += std::abs(wrap_angle(other[i] - ypr[i]));
-    e.k_forbidden += std::exp(-settings_.forbidden_slope * sum);
-  }
-  if (situation_.X_WC_now) {
-    e.k_motion = settings_.motion_per_m * (X_WC.translation() - situation_.X_WC_now->translation()).norm() +
-                 settings_.motion_per_rad * angle_between(X_WC, *situation_.X_WC_now);
-  }
-  if (situation_.reachability && (every_term || settings_.lambda_reach > 0)) {
-    e.k_reach = 1 - std::clamp(situation_.reachability->of(X_WC), 0.0, 1.0);
-  }
+  pose_terms(X_WC, e);
   const Eigen::Vector3d view = X_WC.linear().col(2);
   if (every_term) {
     for (const Mark& m : marks_) e.sum_ln += landmark_facing(view, m.normal);

@@ -114,6 +114,8 @@ class Evaluator {
   // 3.9 and 3.10 for one landmark of which `pixels` are visible, against `least_pixels`, seen along `view` (unit).
   double landmark_visibility(double pixels, double least_pixels, const Eigen::Vector3d& view,
                              const Eigen::Vector3d& normal) const;
+  // The terms that need no rendering and no distance: forbidden poses (3.14), motion and reachability.
+  void pose_terms(const Pose& X_WC, Evaluation& e) const;
   // 3.11 to 3.13 for the sum of the landmarks' visibilities.
   double landmark_penalty(double visible) const;
   // Landmark of a watched voxel: unit normal or zero, and the pixels that make it visible (pmin of 3.9).

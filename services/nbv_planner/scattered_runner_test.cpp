@@ -47,7 +47,7 @@ class Other : public OtherInstance {
   std::atomic<int>* asked_;
 };
 
-Situation uneven() {
+Situation mixed_block() {
   return testing::around_the_origin(20, [](int x, int y, int z) {
     return (x * y + z) % 7 == 0      ? voxel::VoxelState::empty
            : (x + y * z) % 3 == 0 ? voxel::VoxelState::unknown
@@ -57,9 +57,9 @@ Situation uneven() {
 
 SearchSettings small_search() {
   SearchSettings s;
-  s.samples = 40;
-  s.detailed = 16;
-  s.starts = 4;
+  s.method = SearchMethod::fast;
+  s.fast.positions = 40;
+  s.fast.starts = 4;
   s.max_evaluations = 300;
   return s;
 }
@@ -71,7 +71,7 @@ bool same_view(const PlannedView& a, const PlannedView& b) {
 }
 
 TEST(ScatteredRunner, SameBytesWhateverBecomesOfTheOthers) {
-  const Situation s = uneven();
+  const Situation s = mixed_block();
   const Evaluator evaluator(s, {}, {});
   const Search search = [&](TaskRunner& r) { plan_view(evaluator, 6, small_search(), r); };
   ThreadRunner alone(1);

@@ -28,6 +28,21 @@ std::string digest_of_what_counts(const config::Node& root) {
   return sha256_hex(std::string(version()) + "\n" + copy.text());
 }
 
+void read_panorama(const config::Node& node, PanoramaSettings& s) {
+  node.read("positions", s.positions, {1, 100000});
+  node.read("rounds", s.rounds, {0, 20});
+  node.read("kept", s.kept, {1, 1000});
+  node.read("each", s.each, {1, 1000});
+  node.read("radius_m", s.radius, {0.001, 10});
+  node.read("wide", s.wide, {1, 1000});
+  node.read("starts", s.starts, {1, 1000});
+  node.read("position_evaluations", s.position_evaluations, {0, 1000});
+  node.read("finalists", s.finalists, {1, 1000});
+  node.read("final_evaluations", s.final_evaluations, {0, 1000});
+  node.read("exact", s.exact, {0, 1000});
+  node.read("exact_evaluations", s.exact_evaluations, {0, 10000});
+}
+
 }  // namespace
 
 Settings read_settings(const config::Node& root) {
@@ -36,17 +51,23 @@ Settings read_settings(const config::Node& root) {
   root.read("other_instances", s.other_instances, {0, 64});
 
   const config::Node search = root.child("search");
-  search.read("samples", s.search.samples, {1, 100000});
-  search.read("detailed", s.search.detailed, {1, 100000});
-  search.read("starts", s.search.starts, {1, 1000});
-  search.read("first_stage_runs", s.search.first_stage_runs, {1, 100});
-  search.read("finalists", s.search.finalists, {1, 100});
-  search.read("second_stage_runs", s.search.second_stage_runs, {1, 100});
-  search.read("run_evaluations", s.search.run_evaluations, {13, 10000});
+  choose(search, "method", s.search.method, {{"fast", SearchMethod::fast}, {"thorough", SearchMethod::thorough}, {"thesis", SearchMethod::thesis}});
   search.read("max_evaluations", s.search.max_evaluations, {8, 1000000});
-  search.read("trust_region_per_m", s.search.trust_region, {0.1, 1000});
-  search.read("end_m", s.search.end, {1e-6, 0.1});
   search.read("threads", s.search.threads, {1, 64});
+  read_panorama(search.child("fast"), s.search.fast);
+  read_panorama(search.child("thorough"), s.search.thorough);
+  const config::Node thesis = search.child("thesis");
+  ThesisSettings& t = s.search.thesis;
+  choose(thesis, "local", t.local,
+         {{"bobyqa", ThesisLocal::bobyqa}, {"newuoa", ThesisLocal::newuoa}, {"nelder_mead", ThesisLocal::nelder_mead}, {"none", ThesisLocal::none}});
+  thesis.read("samples", t.samples, {1, 100000});
+  thesis.read("starts", t.starts, {1, 1000});
+  thesis.read("first_stage_runs", t.first_stage_runs, {1, 100});
+  thesis.read("finalists", t.finalists, {1, 100});
+  thesis.read("second_stage_runs", t.second_stage_runs, {1, 100});
+  thesis.read("run_evaluations", t.run_evaluations, {15, 10000});
+  thesis.read("trust_region_per_m", t.trust_region, {0.1, 1000});
+  thesis.read("end_m", t.end, {1e-6, 0.1});
 
   const config::Node evaluation = root.child("evaluation");
   EvaluationSettings& e = s.evaluation;

@@ -10,17 +10,12 @@ namespace {
 TEST(Settings, ShippedConfigurationIsTheDefault) {
   const Settings s = read_settings(config::load_file(PERIPLUS_SOURCE_DIR "/services/nbv_planner/config/default.yaml"));
   const Settings d;
-  EXPECT_EQ(s.search.samples, d.search.samples);
-  EXPECT_EQ(s.search.detailed, d.search.detailed);
-  EXPECT_EQ(s.search.starts, d.search.starts);
-  EXPECT_EQ(s.search.run_evaluations, d.search.run_evaluations);
+  EXPECT_EQ(s.search.method, d.search.method);
+  EXPECT_EQ(s.search.fast, d.search.fast);
+  EXPECT_EQ(s.search.thorough, d.search.thorough);
+  EXPECT_EQ(s.search.thesis, d.search.thesis);
   EXPECT_EQ(s.search.max_evaluations, d.search.max_evaluations);
-  EXPECT_EQ(s.search.trust_region, d.search.trust_region);
-  EXPECT_EQ(s.evaluation.quantification, Quantification::mixed);
-  EXPECT_EQ(s.evaluation.pixels_per_voxel_share, d.evaluation.pixels_per_voxel_share);
-  EXPECT_EQ(s.evaluation.lambda_rule, LambdaRule::capped);
-  EXPECT_EQ(s.evaluation.lambda_motion, 0);
-  EXPECT_EQ(s.evaluation.lambda_reach, 0);
+  EXPECT_EQ(s.search.threads, d.search.threads);
   EXPECT_EQ(s.evaluation.interval_exponent, 6);
   EXPECT_EQ(s.evaluation.distance_slope, 20);
   EXPECT_EQ(s.evaluation.least_landmarks, 5);
@@ -34,9 +29,11 @@ TEST(Settings, ShippedConfigurationIsTheDefault) {
 
 TEST(Settings, BadOnesAreRefused) {
   const auto read = [](const char* yaml) { return read_settings(config::parse(yaml, "test.yaml")); };
-  EXPECT_EQ(read("search: {starts: 3}").search.starts, 3);
-  EXPECT_THROW(read("search: {start: 3}"), Error);
-  EXPECT_THROW(read("search: {starts: 0}"), Error);
+  EXPECT_EQ(read("search: {thorough: {starts: 3}}").search.thorough.starts, 3);
+  EXPECT_EQ(read("search: {method: thesis, thesis: {local: newuoa}}").search.thesis.local, ThesisLocal::newuoa);
+  EXPECT_THROW(read("search: {starts: 3}"), Error);
+  EXPECT_THROW(read("search: {fast: {starts: 0}}"), Error);
+  EXPECT_THROW(read("search: {method: slow}"), Error);
   EXPECT_THROW(read("evaluation: {interval_exponent: 5}"), Error);
   EXPECT_EQ(read("evaluation: {quantification: pixels}").evaluation.quantification, Quantification::pixels);
   EXPECT_EQ(read("evaluation: {lambda_rule: fixed}").evaluation.lambda_rule, LambdaRule::fixed);

@@ -1,15 +1,11 @@
-// The next best view: global sampling, then iterative BOBYQA in two stages (thesis 3.3.2).
+// The next best view (thesis 3.3), by one of three searches:
 //
-// 1. Places around the object, denser near it: most where a random unknown face looks to, the others around the box;
-//    heights drawn from a widened range and clamped. From each one wide rendering gives the best orientation.
-// 2. The most promising are evaluated exactly; the greatest N_u among them scales the penalties (3.2.1.5).
-// 3. From the best of these, some distance apart, one or two runs of BOBYQA on x, y, z, yaw and pitch; each
-//    run starts where the last ended. Its trust region is a voxel's size times the distance times `trust_region`.
-// 4. From the best results more runs, until they give nothing.
-// The answer is the best evaluated pose that satisfies every hard constraint: those with gain before those without,
-// then by f_e.
+//   fast, thorough   panorama_search.h: places around the object, every orientation from one rendering of each
+//   thesis           thesis_search.h: global sampling, then iterative local searches in two stages (3.3.2)
 //
-// World frame, metres, radians. Deterministic: the same bytes for any number of threads and processes (task_runner.h).
+// The answer is the best evaluated pose that satisfies every hard constraint: those with gain before those without, then by
+// f_e. World frame, metres, radians. Deterministic: the same bytes for any number of threads and processes (task_runner.h)
+// and on every instruction set.
 #pragma once
 
 #include <cstdint>
@@ -19,35 +15,47 @@
 #include <vector>
 
 #include "services/nbv_planner/evaluation.h"
+#include "services/nbv_planner/panorama_search.h"
 #include "services/nbv_planner/situation.h"
 #include "services/nbv_planner/task_runner.h"
+#include "services/nbv_planner/thesis_search.h"
 
 namespace periplus::nbv {
 
+enum class SearchMethod { fast, thorough, thesis };
+
 struct SearchSettings {
-  int samples = 160;            // places that are looked around from
-  int detailed = 48;            // evaluated exactly
-  int starts = 10;              // of the first stage
-  int first_stage_runs = 2;     // of BOBYQA from each start
-  int finalists = 2;            // of the second stage
-  int second_stage_runs = 8;
-  int run_evaluations = 45;     // of one run
+  SearchMethod method = SearchMethod::thorough;
+  PanoramaSettings fast = PanoramaSettings::fast(), thorough = PanoramaSettings::thorough();
+  ThesisSettings thesis;
   int max_evaluations = 1500;   // of everything: one is a wide rendering or a pair of exact ones
-  double trust_region = 10;     // times the voxel's size, per metre of distance [1/m]
-  double end = 1e-3;            // rho_end [m], angles by the distance
+  double time_limit_s = 0;      // wall clock; 0: none
   int threads = 2;
+  bool keep_candidates = false; // PlannedView::candidates
+  voxel::Simd simd = voxel::Simd::best;  // instructions to compute with; the result does not depend on it
+};
+
+// Throws Error(bad_input) naming a number that cannot be.
+void check(const SearchSettings& settings);
+
+// A pose that was looked at.
+struct ViewCandidate {
+  Pose X_WC = Pose::Identity();  // left eye
+  double f_e = 0;                // as far as the stage knows it
+  const char* stage = "";
 };
 
 struct PlannedView {
   Pose X_WC = Pose::Identity();  // left eye
   Evaluation evaluation;
-  double f_e = 0;
-  double gain_scale = 0;         // greatest value among the samples: lz, lx and ly of 3.15
+  double f_e = 0;                // without the terms of 3.15 that the search keeps as bounds (3.4.4)
+  double gain_scale = 0;         // greatest value among the samples: scale of the penalties (3.2.1.5)
   int evaluations = 0;
   bool landmark_term = false;
   bool cut_short = false;        // the runner's time was out before the search had ended by itself
-  std::vector<std::pair<std::string, double>> terms;    // Evaluator::terms
+  std::vector<std::pair<std::string, double>> terms;    // Evaluator::terms, f_e as above
   std::vector<std::pair<std::string, double>> seconds;  // by stage
+  std::vector<ViewCandidate> candidates;                // if asked for
 };
 
 // All work goes through `runner`: the same bytes for any runner that has no wall-clock limit. With one, the best that was
@@ -59,7 +67,7 @@ struct PlannedView {
 // with gain 0.
 PlannedView plan_view(const Evaluator& evaluator, std::uint64_t seed, const SearchSettings& search, TaskRunner& runner,
                       const std::function<void(double)>& poll = {});
-// The same with `search.threads` threads of this process.
+// The same with `search.threads` threads of this process and its time limit.
 PlannedView plan_view(const Situation& situation, std::uint64_t seed, const SearchSettings& search,
                       const EvaluationSettings& evaluation, const ConstraintSettings& constraints,
                       const std::function<void(double)>& poll = {});

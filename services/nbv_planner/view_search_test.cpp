@@ -16,10 +16,9 @@ using voxel::VoxelState;
 
 SearchSettings quick() {
   SearchSettings s;
-  s.samples = 80;
-  s.detailed = 24;
-  s.starts = 8;
-  s.max_evaluations = 500;
+  s.method = SearchMethod::fast;
+  s.fast.positions = 50;
+  s.max_evaluations = 400;
   return s;
 }
 
@@ -32,7 +31,7 @@ TEST(ViewSearch, LooksAtTheOnlyUnknownSide) {
   EXPECT_GT(v.X_WC.translation().x(), 0.5);
   EXPECT_GE(v.evaluation.gain.voxels, 220);  // of 225
   EXPECT_EQ(v.evaluation.violation, Violation::none);
-  EXPECT_LE(v.evaluations, 500);
+  EXPECT_LE(v.evaluations, 400);
   EXPECT_FALSE(v.landmark_term);
 }
 
@@ -156,8 +155,7 @@ TEST(ViewSearch, SameBytesIfOtherProcessesDidTheTasks) {
     return (x * y + z) % 7 == 0 ? VoxelState::empty : (x + y * z) % 3 == 0 ? VoxelState::unknown : VoxelState::known;
   });
   SearchSettings search = quick();
-  search.samples = 24;
-  search.detailed = 12;
+  search.fast.positions = 24;
   search.max_evaluations = 150;
   WritingRunner runner;
   const Evaluator evaluator(s, {}, {});

@@ -1,0 +1,457 @@
+#include "services/nbv_planner/panorama_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "common/core/error.h"
+#include "services/nbv_planner/local_search.h"
+#include "services/nbv_planner/orientation.h"
+#include "services/nbv_planner/search_frame.h"
+
+namespace periplus::nbv {
+namespace {
+
+constexpr double kRadian = std::numbers::pi / 180;  // of a degree
+constexpr int kLeastPlaces = 16;          // looked around from before time may run out: somewhere there is a view then
+constexpr double kPanoramaPixels = 5;     // a voxel's width in a panorama, at kPanoramaDistance, where that is coarser than the camera
+constexpr double kPanoramaDistance = 1.2; // [m]
+constexpr double kGreatestFocal = 1300;   // keeps a panorama under 4096 px [px]
+constexpr double kHalfWidth = 57 * kRadian, kHalfHeight = 50 * kRadian;  // of a panorama, at most
+constexpr double kWidePixels = 12;        // a voxel's width in a wide rendering at 1 m, at least
+constexpr double kWideMargin = 0.06;      // tangent of what a wide rendering shows beyond the camera's image
+constexpr double kPanoramaNear = 0.2;     // along a panorama's own axis [m]
+constexpr double kDepthSlack = 0.12;      // of the depth range of a wide rendering, whose axis is not yet the view's [m]
+constexpr double kApart = 0.08;           // places that are looked at with both eyes [m]
+constexpr double kWorst = -1e9;
+
+// A place between the eyes with the orientation that was chosen there.
+struct Look {
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  double yaw = 0, pitch = 0, roll = 0;
+  double value = kWorst;  // of the list, less the penalties
+  bool feasible = false;
+  int evaluations = 0;
+
+  Angles angles() const { return {yaw, pitch, roll}; }
+  void set(const Aim& aim) {
+    yaw = aim.angles.yaw;
+    pitch = aim.angles.pitch;
+    roll = aim.angles.roll;
+    value = aim.value;
+  }
+};
+template <class Fields>
+void visit_fields(Fields& fields, Look& l) {
+  fields(l.p_W, l.yaw, l.pitch, l.roll, l.value, l.feasible, l.evaluations);
+}
+
+struct Exact {
+  std::optional<Candidate> best;
+  int evaluations = 0;
+};
+template <class Fields>
+void visit_fields(Fields& fields, Exact& e) {
+  fields(e.best, e.evaluations);
+}
+
+class PanoramaSearch {
+ public:
+  PanoramaSearch(SearchFrame& frame, const PanoramaSettings& settings) : frame_(frame), settings_(settings) {
+    const Evaluator& e = frame.evaluator;
+    const PairWindow window = PairWindow::of(frame.situation.rig, e.settings().pair);
+    for (int i = 0; i < frame.runner.workers(); ++i) workers_.push_back({OrientationSearch(window, frame.situation.limits), {}, OrientationCost(e)});
+    // A point in a view's window lies no farther than this, along any axis.
+    list_depth_max_ = window.depth_max * std::sqrt(1 + window.tan_horizontal * window.tan_horizontal + window.tan_vertical * window.tan_vertical);
+    find_unknown_box();
+    wide_camera();
+  }
+
+  PlannedView run() {
+    const int budget = frame_.left();
+    look_around(std::clamp(settings_.positions, 1, std::max(4, budget / 2)));
+    frame_.end_stage("panoramas", 0.3);
+    if (!frame_.faces.empty()) {
+      double radius = settings_.radius;
+      for (int round = 0; round < settings_.rounds; ++round, radius *= 0.55) perturb(round, radius, budget * 3 / 4);
+      frame_.end_stage("perturbation", 0.5);
+    }
+    std::vector<Look> looks = both_eyes();
+    frame_.end_stage("both eyes", 0.6);
+    if (!frame_.faces.empty()) {
+      looks = polish(spread(looks, settings_.starts, 0.15), settings_.position_evaluations, 0.1, 0.06);
+      looks = polish(spread(looks, settings_.finalists, 0.05), settings_.final_evaluations, 0.05, 0.08);
+    }
+    frame_.end_stage("positions", 0.8);
+    exact(looks);
+    frame_.end_stage("exact", 1);
+    if (!frame_.best) last_resort();
+    return frame_.finish();
+  }
+
+ private:
+  struct Worker {
+    OrientationSearch orientation;
+    VisibleList list;
+    OrientationCost cost;
+  };
+
+  bool feasible(const Look& look) const {
+    return frame_.evaluator.constraints().check(left_eye(look.p_W, look.angles(), frame_.situation.rig.baseline)) == Violation::none;
+  }
+
+  // The box of the unknown voxels that can be seen, or of the whole grid if there are none; world corners.
+  void find_unknown_box() {
+    const voxel::GridGeometry& g = frame_.evaluator.visibility().geometry();
+    Eigen::Vector3i low = g.size, high = Eigen::Vector3i::Zero();
+    for (const auto& face : frame_.faces) {
+      const Eigen::Vector3i v = frame_.evaluator.visibility().voxel(face.voxel);
+      low = low.cwiseMin(v);
+      high = high.cwiseMax(v + Eigen::Vector3i::Ones());
+    }
+    if (frame_.faces.empty()) {
+      low.setZero();
+      high = g.size;
+    }
+    low = (low - Eigen::Vector3i::Constant(4)).cwiseMax(0);  // not every face is in the list
+    high = (high + Eigen::Vector3i::Constant(4)).cwiseMin(g.size);
+    for (int c = 0; c < 8; ++c) {
+      const Eigen::Vector3i v(c & 1 ? high.x() : low.x(), c & 2 ? high.y() : low.y(), c & 4 ? high.z() : low.z());
+      corners_.push_back(g.X_WG * (v.cast<double>() * g.voxel_size));
+    }
+    middle_ = (corners_.front() + corners_.back()) / 2;
+  }
+
+  void wide_camera() {
+    const Pinhole& camera = frame_.situation.rig.camera;
+    const double h = frame_.evaluator.visibility().geometry().voxel_size;
+    wide_scale_ = std::clamp(kWidePixels / (h * camera.fx), 0.35, 1.0);
+    wide_.fx = camera.fx * wide_scale_;
+    wide_.fy = camera.fy * wide_scale_;
+    wide_.width = static_cast<int>(2 * (camera.width / 2.0 / camera.fx + kWideMargin) * wide_.fx) / 2 * 2;
+    wide_.height = static_cast<int>(2 * (camera.height / 2.0 / camera.fy + kWideMargin) * wide_.fy) / 2 * 2;
+    wide_.cx = (wide_.width - 1) / 2.0;
+    wide_.cy = (wide_.height - 1) / 2.0;
+  }
+
+  int threshold(double scale) const { return static_cast<int>(frame_.evaluator.settings().pair.more_than_pixels * scale * scale); }
+
+  // The best orientation at a place, from one rendering of all the unknown.
+  Look panorama(const Eigen::Vector3d& p_W, double last_step, int worker) {
+    const Pinhole& camera = frame_.situation.rig.camera;
+    Worker& w = workers_[worker];
+    voxel::VisibilityWorkspace& visibility = frame_.workspaces[worker].visibility;
+    const Eigen::Vector3d d = middle_ - p_W;
+    const double pitch = std::clamp(std::atan2(-d.z(), std::hypot(d.x(), d.y())), -20 * kRadian, 50 * kRadian);
+    const Pose X_WP = look_along(p_W, std::atan2(d.y(), d.x()), pitch);
+    const double limit_u = std::tan(kHalfWidth), limit_v = std::tan(kHalfHeight);
+    double u0 = limit_u, u1 = -limit_u, v0 = limit_v, v1 = -limit_v;
+    for (const Eigen::Vector3d& corner : corners_) {
+      const Eigen::Vector3d q = X_WP.inverse() * corner;
+      if (q.z() < 0.15) {
+        u0 = v0 = -1e9;
+        u1 = v1 = 1e9;
+        break;
+      }
+      u0 = std::min(u0, q.x() / q.z());
+      u1 = std::max(u1, q.x() / q.z());
+      v0 = std::min(v0, q.y() / q.z());
+      v1 = std::max(v1, q.y() / q.z());
+    }
+    const double h = frame_.evaluator.visibility().geometry().voxel_size;
+    const double focal = std::min({camera.fx, kPanoramaPixels * kPanoramaDistance / h, kGreatestFocal});
+    u0 = std::clamp(u0, -limit_u, limit_u - 0.1);
+    u1 = std::clamp(u1, u0 + 0.1, limit_u);
+    v0 = std::clamp(v0, -limit_v, limit_v - 0.1);
+    v1 = std::clamp(v1, v0 + 0.1, limit_v);
+    Pinhole wide;
+    wide.fx = wide.fy = focal;
+    wide.cx = 1 - u0 * focal;
+    wide.cy = 1 - v0 * focal;
+    wide.width = static_cast<int>(wide.cx + u1 * focal) + 2;
+    wide.height = static_cast<int>(wide.cy + v1 * focal) + 2;
+    const double scale = focal / camera.fx;
+    frame_.evaluator.visibility().evaluate(X_WP, wide, {kPanoramaNear, list_depth_max_, threshold(scale)}, visibility, visibility.left);
+    const auto& seen = visibility.left;
+    w.list.simd = visibility.simd;
+    w.list.take({seen.unknown.begin(), seen.unknown.end()}, scale, p_W, frame_.evaluator);
+    w.cost.place(p_W, {seen.watched.begin(), seen.watched.end()}, scale, frame_.greatest);
+    Look look;
+    look.p_W = p_W;
+    look.evaluations = 1;
+    const Aim aim = w.orientation.histogram(w.list, w.cost, d);
+    look.set(w.orientation.compass(w.list, w.cost, aim, 3 * kRadian, last_step));
+    look.feasible = feasible(look);
+    return look;
+  }
+
+  // Both eyes rendered wider than their images around an orientation, and the best orientation for what both see.
+  Look pair(const Eigen::Vector3d& p_W, const Angles& around, double first, double last, bool kicks, int worker) {
+    Worker& w = workers_[worker];
+    voxel::VisibilityWorkspace& visibility = frame_.workspaces[worker].visibility;
+    const double baseline = frame_.situation.rig.baseline;
+    const Pose X_left = left_eye(p_W, around, baseline);
+    const auto& scene = frame_.evaluator.visibility();
+    const voxel::ViewOptions options{frame_.evaluator.settings().pair.depth_min - kDepthSlack, frame_.evaluator.settings().pair.depth_max + kDepthSlack,
+                                     threshold(wide_scale_)};
+    scene.evaluate(X_left, wide_, options, visibility, visibility.left);
+    const auto& left = visibility.left;
+    w.list.simd = visibility.simd;
+    if (baseline > 0) {
+      scene.evaluate(X_left * Pose(Eigen::Translation3d(baseline, 0, 0)), wide_, options, visibility, visibility.right);
+      const auto& right = visibility.right;
+      w.list.take_both({left.unknown.begin(), left.unknown.end()}, {right.unknown.begin(), right.unknown.end()}, wide_scale_, p_W, frame_.evaluator);
+    } else {
+      w.list.take({left.unknown.begin(), left.unknown.end()}, wide_scale_, p_W, frame_.evaluator);
+    }
+    w.cost.place(p_W, {left.watched.begin(), left.watched.end()}, wide_scale_, frame_.greatest);
+    Look look;
+    look.p_W = p_W;
+    look.evaluations = 1;
+    Aim aim = w.orientation.compass(w.list, w.cost, w.orientation.evaluate(w.list, w.cost, around), first, last);
+    if (kicks) aim = w.orientation.kicks(w.list, w.cost, aim, last);
+    look.set(aim);
+    look.feasible = feasible(look);
+    return look;
+  }
+
+  void take(const std::vector<std::optional<Look>>& looks, const char* stage) {
+    for (const auto& l : looks) {
+      if (!l) continue;
+      frame_.evaluations += l->evaluations;
+      if (!l->feasible) continue;
+      looks_.push_back(*l);
+      frame_.note(left_eye(l->p_W, l->angles(), frame_.situation.rig.baseline), -l->value, stage);
+    }
+  }
+
+  void look_around(int count) {
+    // With time out before anything feasible was found, on it goes: that no place is reachable must be true when it is said.
+    for (int begun = 0; looks_.empty() && begun < count;) {
+      const auto looks = frame_.runner.map<Look>(
+          count - begun,
+          [&](int i, int worker) {
+            Random random = frame_.random(0, begun + i);
+            const auto place = frame_.draw_place(begun + i, 1.0, random);
+            return place ? panorama(place->p_W, 2.9 * kRadian, worker) : Look{};
+          },
+          kLeastPlaces);
+      for (const auto& l : looks) begun += l.has_value();
+      take(looks, "panoramas");
+    }
+    if (looks_.empty()) frame_.throw_unreachable();
+    update_scale();
+  }
+
+  void update_scale() {
+    for (const Look& l : looks_) frame_.greatest = std::max(frame_.greatest, l.value);
+  }
+
+  // The first `count` by value, at least `apart` from each other in position and half-turns of the axis.
+  static std::vector<Look> spread(std::vector<Look> looks, int count, double apart) {
+    std::stable_sort(looks.begin(), looks.end(), [](const Look& a, const Look& b) { return a.value > b.value; });
+    std::vector<Look> chosen;
+    for (const Look& l : looks) {
+      if (static_cast<int>(chosen.size()) >= count) break;
+      const bool close = std::any_of(chosen.begin(), chosen.end(), [&](const Look& o) {
+        const double turn = 0.5 * wrap_angle(o.yaw - l.yaw), tilt = 0.5 * (o.pitch - l.pitch);
+        return (o.p_W - l.p_W).squaredNorm() + turn * turn + tilt * tilt < apart * apart;
+      });
+      if (!close) chosen.push_back(l);
+    }
+    return chosen;
+  }
+
+  void perturb(int round, double radius, int until_left) {
+    const std::vector<Look> around = spread(looks_, settings_.kept, radius * 0.6);
+    const robot::ViewLimits& l = frame_.situation.limits;
+    const int room = std::max(0, frame_.left() - (frame_.settings.max_evaluations - until_left));
+    const int count = std::min(static_cast<int>(around.size()) * settings_.each, room);
+    const auto looks = frame_.runner.map<Look>(count, [&](int i, int worker) {
+      Random random = frame_.random(1 + round, i);
+      const Look& from = around[i / settings_.each];
+      Eigen::Vector3d p = from.p_W + radius * Eigen::Vector3d(random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5), random.uniform(-1, 1));
+      p.z() = std::clamp(p.z(), l.height_min, l.height_max);
+      if (frame_.evaluator.constraints().check_position(p, from.yaw) != Violation::none) return Look{};
+      return panorama(p, 1.4 * kRadian, worker);
+    });
+    take(looks, "perturbation");
+    update_scale();
+  }
+
+  std::vector<Look> both_eyes() {
+    const std::vector<Look> around = spread(looks_, std::max(1, std::min(settings_.wide, frame_.left() / 3)), kApart);
+    const auto looks = frame_.runner.map<Look>(static_cast<int>(around.size()), [&](int i, int worker) {
+      return pair(around[i].p_W, around[i].angles(), 4 * kRadian, 0.9 * kRadian, true, worker);
+    }, 1);
+    looks_.clear();
+    take(looks, "both eyes");
+    if (looks_.empty()) looks_ = around;
+    update_scale();
+    return looks_;
+  }
+
+  // Nelder-Mead over x, y, z from each, with the orientation chosen at each position; results with those that were improved.
+  std::vector<Look> polish(const std::vector<Look>& starts, int evaluations, double step, double end) {
+    if (starts.empty()) return starts;
+    const int budget = std::min(evaluations, frame_.left() * 2 / 3 / static_cast<int>(starts.size()));
+    if (budget < 5) return starts;
+    const auto looks = frame_.runner.map<Look>(static_cast<int>(starts.size()), [&](int i, int worker) {
+      return polish_one(starts[i], budget, step, end, worker);
+    });
+    looks_.clear();
+    take(looks, "positions");
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      if (!looks[i]) looks_.push_back(starts[i]);
+    }
+    return looks_;
+  }
+
+  Look polish_one(const Look& start, int budget, double step, double end, int worker) {
+    const robot::ViewLimits& l = frame_.situation.limits;
+    Look best = start;
+    int evaluations = 0;
+    const Eigen::Vector3d forward(std::cos(start.yaw), std::sin(start.yaw), 0), left(-forward.y(), forward.x(), 0);
+    // What the start looks at: further positions begin with it in the middle.
+    const double distance = std::clamp(frame_.evaluator.constraints().nearest_voxel(start.p_W) + 0.1, 0.6, 2.5);
+    const auto value = [&](const std::vector<double>& x) {
+      Eigen::Vector3d p = start.p_W + x[0] * forward + x[1] * left + Eigen::Vector3d(0, 0, x[2]);
+      p.z() = std::clamp(p.z(), l.height_min, l.height_max);
+      if (frame_.evaluator.constraints().check_position(p, best.yaw) != Violation::none) {
+        const double d = frame_.evaluator.constraints().nearest_voxel(p);
+        return frame_.greatest * (1 + std::max({0.0, l.distance_min - d, d - l.distance_max}));
+      }
+      const Eigen::Vector3d d = best.p_W + distance * best.angles().forward() - p;
+      const Angles around{std::atan2(d.y(), d.x()), std::clamp(std::atan2(-d.z(), std::hypot(d.x(), d.y())), l.pitch_min, l.pitch_max), best.roll};
+      const Look look = pair(p, around, 2.4 * kRadian, 0.5 * kRadian, false, worker);
+      ++evaluations;
+      if (!look.feasible) return frame_.greatest;
+      if (look.value > best.value) best = look;
+      return -look.value;
+    };
+    LocalSearchOptions options;
+    options.method = LocalMethod::nelder_mead;
+    const double up = start.p_W.z() > (l.height_min + l.height_max) / 2 ? -0.7 : 0.7;
+    options.step = {step, step, step * up};
+    options.lower = {-2, -2, -2};
+    options.upper = {2, 2, 2};
+    options.end = end * step;
+    options.max_evaluations = budget;
+    minimize(value, {0, 0, 0}, options);
+    best.evaluations = evaluations;
+    return best;
+  }
+
+  void exact(const std::vector<Look>& looks) {
+    std::vector<Pose> poses;
+    for (const Look& l : spread(looks, std::max(settings_.exact, 2), 0.02)) poses.push_back(left_eye(l.p_W, l.angles(), frame_.situation.rig.baseline));
+    std::vector<Candidate> candidates = frame_.evaluate(poses, 1);
+    for (const Candidate& c : candidates) {
+      frame_.offer(c);
+      frame_.note(c.X_WC, frame_.score(c.evaluation), "exact");
+    }
+    if (frame_.faces.empty() || settings_.exact == 0 || candidates.empty()) return;
+    std::stable_sort(candidates.begin(), candidates.end(), [&](const Candidate& a, const Candidate& b) { return frame_.better(a, b); });
+    if (static_cast<int>(candidates.size()) > settings_.exact) candidates.resize(settings_.exact);
+    const int budget = std::min(settings_.exact_evaluations, frame_.left() / static_cast<int>(candidates.size()));
+    if (budget < 16) return;
+    const auto results = frame_.runner.map<Exact>(static_cast<int>(candidates.size()), [&](int i, int worker) {
+      Exact e;
+      Candidate at = candidates[i];
+      for (double scale : {0.4, 0.16}) refine(at, scale, budget / 2, e, worker);
+      return e;
+    });
+    for (const auto& r : results) {
+      if (!r) continue;
+      frame_.evaluations += r->evaluations;
+      if (!r->best) continue;
+      frame_.offer(*r->best);
+      frame_.note(r->best->X_WC, frame_.score(r->best->evaluation), "exact");
+    }
+  }
+
+  // Nelder-Mead in all degrees of freedom on the exact evaluation.
+  void refine(Candidate& at, double scale, int budget, Exact& result, int worker) {
+    const robot::ViewLimits& l = frame_.situation.limits;
+    const double baseline = frame_.situation.rig.baseline;
+    const Eigen::Vector3d p = middle_of_eyes(at.X_WC, baseline), ypr = camera_yaw_pitch_roll(at.X_WC);
+    const auto value = [&](const std::vector<double>& x) {
+      const double roll = x.size() == 6 ? std::clamp(ypr.z() + x[5], -l.roll_max, l.roll_max) : 0;
+      Candidate c{left_eye({p.x() + x[0], p.y() + x[1], std::clamp(p.z() + x[2], l.height_min, l.height_max)},
+                           {ypr.x() + x[3], std::clamp(ypr.y() + x[4], l.pitch_min, l.pitch_max), roll}, baseline),
+                  {}};
+      if (frame_.evaluator.constraints().check(c.X_WC) != Violation::none) return frame_.greatest;
+      c.evaluation = frame_.evaluator.evaluate(c.X_WC, frame_.workspaces[worker]);
+      ++result.evaluations;
+      frame_.offer(c, result.best);
+      const double score = frame_.score(c.evaluation);
+      if (score < frame_.score(at.evaluation)) at = c;
+      return score;
+    };
+    LocalSearchOptions options;
+    options.method = LocalMethod::nelder_mead;
+    const double up = p.z() > (l.height_min + l.height_max) / 2 ? -0.08 : 0.08;
+    options.step = {0.1 * scale, 0.1 * scale, up * scale, 0.07 * scale, 0.07 * scale};
+    if (l.roll_max > 0) options.step.push_back(std::min(0.06, l.roll_max) * scale * (ypr.z() > 0 ? -1 : 1));
+    const std::size_t n = options.step.size();
+    options.lower.assign(n, -2);
+    options.upper.assign(n, 2);
+    options.end = 0.002 * scale;
+    options.max_evaluations = budget;
+    minimize(value, std::vector<double>(n, 0.0), options);
+  }
+
+  // Nothing of what was chosen is feasible exactly: the panoramas' own orientations, which were checked.
+  void last_resort() {
+    for (const Look& l : looks_) {
+      const Pose X_WC = left_eye(l.p_W, l.angles(), frame_.situation.rig.baseline);
+      frame_.offer({X_WC, frame_.evaluator.evaluate(X_WC, frame_.workspaces[0])});
+      ++frame_.evaluations;
+      if (frame_.best) return;
+    }
+    frame_.throw_unreachable();
+  }
+
+  SearchFrame& frame_;
+  const PanoramaSettings& settings_;
+  std::vector<Worker> workers_;
+  std::vector<Eigen::Vector3d> corners_;
+  Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
+  Pinhole wide_;
+  double wide_scale_ = 1, list_depth_max_ = 0;
+  std::vector<Look> looks_;  // feasible ones of the last stages
+};
+
+}  // namespace
+
+PanoramaSettings PanoramaSettings::fast() {
+  PanoramaSettings s;
+  s.positions = 90;
+  s.kept = 12;
+  s.wide = 14;
+  s.starts = 7;
+  s.finalists = 4;
+  s.exact = 3;
+  s.exact_evaluations = 80;
+  return s;
+}
+
+PanoramaSettings PanoramaSettings::thorough() { return {}; }
+
+void check(const PanoramaSettings& s) {
+  require(s.positions >= 1 && s.rounds >= 0 && s.kept >= 1 && s.each >= 1 && s.radius > 0 && s.wide >= 1 && s.starts >= 1 && s.finalists >= 1,
+          ErrorCode::bad_input, "a search from panoramas takes positions, kept, each, wide, starts, finalists of at least 1, rounds of at "
+                                "least 0 and a radius above 0");
+  require(s.position_evaluations >= 0 && s.final_evaluations >= 0 && s.exact >= 0 && s.exact_evaluations >= 0, ErrorCode::bad_input,
+          "numbers of evaluations must be at least 0");
+}
+
+PlannedView panorama_search(const Evaluator& evaluator, std::uint64_t seed, const SearchSettings& search, const PanoramaSettings& settings,
+                            TaskRunner& runner, const std::function<void(double)>& poll) {
+  SearchFrame frame(evaluator, seed, search, runner, Bounds::all, poll);
+  return PanoramaSearch(frame, settings).run();
+}
+
+}  // namespace periplus::nbv
