@@ -36,6 +36,8 @@ class Constraints {
   // `visibility` is built from the situation's grid; both must outlive this.
   Constraints(const Situation& situation, const voxel::VisibilityScene& visibility, const ConstraintSettings& settings);
 
+  const ConstraintSettings& settings() const { return settings_; }
+
   // Distance to the nearest occupied voxel's centre; infinity if there is none.
   double nearest_voxel(const Eigen::Vector3d& p_W) const;
 

@@ -7,6 +7,7 @@
 
 #include "common/core/error.h"
 #include "common/object_model/object_model.h"
+#include "services/nbv_planner/likely_surface.h"
 
 namespace periplus::nbv {
 namespace {
@@ -30,20 +31,24 @@ int threshold(const Situation& s, const EvaluationSettings& settings) {
 
 }  // namespace
 
-voxel::VisibilityScene Evaluator::make_visibility(const Situation& s) {
-  check(s);
+voxel::VisibilityScene Evaluator::make_visibility(const Situation& s, const voxel::OccupancyGrid& grid) {
   std::vector<Eigen::Vector3i> watched;
   for (const auto& l : s.landmarks) {
     if (l.p_W.allFinite()) watched.push_back(s.grid->geometry().voxel_of(l.p_W));
   }
-  return voxel::VisibilityScene(*s.grid, object_model::occluders_of(s.scene), watched);
+  return voxel::VisibilityScene(grid, object_model::occluders_of(s.scene), watched);
 }
 
 Evaluator::Evaluator(const Situation& situation, const EvaluationSettings& settings, const ConstraintSettings& constraints)
-    : situation_(situation), settings_(settings), visibility_(make_visibility(situation)),
-      constraints_(situation, visibility_, constraints) {
+    : situation_(situation), settings_(settings), whole_((check(situation), make_visibility(situation, *situation.grid))),
+      constraints_(situation, whole_, constraints) {
   const voxel::GridGeometry& g = situation.grid->geometry();
   settings_.pair.more_than_pixels = threshold(situation, settings);
+  if (settings.likely_within > 0) {
+    likely_situation_ = situation;
+    likely_situation_.grid = std::make_shared<voxel::OccupancyGrid>(likely_surface(*situation.grid, settings.likely_within));
+    likely_ = make_visibility(situation, *likely_situation_.grid);
+  }
   mark_of_voxel_.assign(static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z(), -1);
   // One landmark a voxel, the largest: several features on one spot are one thing to see.
   std::vector<double> size;
@@ -51,7 +56,7 @@ Evaluator::Evaluator(const Situation& situation, const EvaluationSettings& setti
     if (!l.p_W.allFinite() || !l.normal_W.allFinite() || !(l.size_m > 0)) continue;
     const Eigen::Vector3i v = g.voxel_of(l.p_W);
     if (!g.contains(v) || situation.grid->state(v) == voxel::VoxelState::empty) continue;
-    std::int32_t& at = mark_of_voxel_[visibility_.index(v)];
+    std::int32_t& at = mark_of_voxel_[whole_.index(v)];
     if (at < 0) {
       at = static_cast<std::int32_t>(marks_.size());
       marks_.push_back({});
@@ -140,8 +145,9 @@ Evaluation Evaluator::evaluate(const Pose& X_WC, Workspace& workspace, Detail de
     return e;
   }
   voxel::VisibilityWorkspace& w = workspace.visibility;
-  e.gain = visibility_.evaluate_pair(X_WC, situation_.rig, settings_.pair, w);
+  e.gain = visibility().evaluate_pair(X_WC, situation_.rig, settings_.pair, w);
   e.value = value_of(w.both, e.gain);
+  if (every_term && likely_) e.gain = whole_.evaluate_pair(X_WC, situation_.rig, settings_.pair, w);
   if (landmark_term_ || every_term) {
     for (const voxel::VoxelPixels& v : w.left.watched) {
       const Mark* m = mark(v.voxel);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,6 +50,7 @@ struct EvaluationSettings {
   double motion_per_m = 0.2;        // K_motion: per metre that the left eye moves [1/m] ...
   double motion_per_rad = 0.1;      // ... and per radian that it turns
   LambdaRule lambda_rule = LambdaRule::capped;
+  double likely_within = 0;         // unknown voxels farther from known ones do not count (likely_surface.h) [m]; 0: all do
   double lambda_interval = 0;       // of height, pitch, roll and yaw where fixed; 0: the greatest value
   double lambda_distance = 100, lambda_landmarks = 1, lambda_forbidden = 1000;
   double lambda_motion = 0, lambda_reach = 0;  // shares of the greatest value
@@ -57,7 +59,7 @@ struct EvaluationSettings {
 };
 
 struct Evaluation {
-  voxel::PairGain gain;             // N_u and its pixels
+  voxel::PairGain gain;             // N_u and its pixels; with Detail::search those of the voxels that count
   double value = 0;                 // what the search maximises
   double k_height = 0, k_roll = 0, k_pitch = 0, k_yaw = 0, k_distance = 0, k_far = 0, k_landmarks = 0, k_forbidden = 0;
   double k_motion = 0, k_reach = 0;
@@ -101,11 +103,18 @@ class Evaluator {
 
   // What seeing a voxel is worth: 1 for each unknown voxel unless the settings weigh them.
   float weight(std::uint32_t voxel) const { return weights_.empty() ? 1.0f : weights_[voxel]; }
+  const std::vector<float>& weights() const { return weights_; }  // by voxel; empty: 1 each
   bool weighted() const { return !weights_.empty(); }
 
   // False where there are no stored features, or fewer than twice the least number that is asked for.
   bool landmark_term() const { return landmark_term_; }
-  const voxel::VisibilityScene& visibility() const { return visibility_; }
+  // What views are judged by: without the unknown voxels that do not count.
+  const voxel::VisibilityScene& visibility() const { return likely_ ? *likely_ : whole_; }
+  // Everything that is unknown; N_u as it is reported. The same as visibility() if all counts.
+  const voxel::VisibilityScene& whole() const { return whole_; }
+  bool everything_counts() const { return !likely_; }
+  // The situation with the grid of visibility(): what hides what when views are judged.
+  const Situation& judged() const { return likely_ ? likely_situation_ : situation_; }
   const Constraints& constraints() const { return constraints_; }
   const Situation& situation() const { return situation_; }
   // As given, but with the threshold `pair.more_than_pixels` that quantification and voxel size lead to.
@@ -126,13 +135,15 @@ class Evaluator {
   const Mark* mark(std::uint32_t voxel) const;
 
  private:
-  static voxel::VisibilityScene make_visibility(const Situation& s);
+  static voxel::VisibilityScene make_visibility(const Situation& s, const voxel::OccupancyGrid& grid);
   double value_of(const voxel::VoxelList& both, const voxel::PairGain& gain) const;
   double landmark_facing(const Eigen::Vector3d& view, const Eigen::Vector3d& normal) const;
 
   const Situation& situation_;
   EvaluationSettings settings_;
-  voxel::VisibilityScene visibility_;
+  voxel::VisibilityScene whole_;
+  std::optional<voxel::VisibilityScene> likely_;
+  Situation likely_situation_;  // of likely_
   Constraints constraints_;
   bool landmark_term_ = false;
   std::vector<std::int32_t> mark_of_voxel_;  // -1: none

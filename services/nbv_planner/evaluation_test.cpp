@@ -115,6 +115,27 @@ TEST(Evaluation, FactorsByEachRule) {
   EXPECT_NEAR(scaled.lambdas(300).landmarks * scaled.landmark_penalty(0), 300, 1e-9);
 }
 
+TEST(Evaluation, OnlyUnknownNearTheKnownCounts) {
+  // A known plate of 15 x 15; before it, towards +x, three layers of unknown where y < 5, ten where y >= 5.
+  const Situation s = testing::around_the_origin(15, [](int x, int y, int) {
+    return x == 0 ? voxel::VoxelState::known : x <= (y < 5 ? 3 : 10) ? voxel::VoxelState::unknown : voxel::VoxelState::empty;
+  });
+  const Pose X = look_along({1.3, -0.072, 1.1}, std::numbers::pi, 0);
+  Evaluator::Workspace w;
+  const Evaluation whole = Evaluator(s, {}, {}).evaluate(X, w);
+  EXPECT_GE(whole.gain.voxels, 225);
+  EvaluationSettings near;
+  near.likely_within = 0.061;  // three voxels: the outer seven layers do not count, and do not hide what is behind
+  const Evaluator evaluator(s, near, {});
+  EXPECT_FALSE(evaluator.everything_counts());
+  EXPECT_EQ(evaluator.evaluate(X, w).value, 225);
+  const Evaluation all_terms = evaluator.evaluate(X, w, Detail::every_term);
+  EXPECT_EQ(all_terms.value, 225);
+  EXPECT_EQ(all_terms.gain.voxels, whole.gain.voxels);  // what is reported is N_u all the same
+  // They are obstacles still: the nearest occupied voxel is the outermost.
+  EXPECT_EQ(evaluator.constraints().nearest_voxel(X.translation()), Evaluator(s, {}, {}).constraints().nearest_voxel(X.translation()));
+}
+
 TEST(Evaluation, YawHasItsLimits) {
   Situation s = testing::patch_at_plus_x();
   s.limits.yaw_min = 2.9;  // across pi

@@ -123,7 +123,7 @@ std::optional<SearchFrame::Place> SearchFrame::draw_place(int i, double share, R
       const Eigen::Vector3d outward = sign * g.X_WG.linear().col(face.direction / 2);
       if (outward.dot(place.p_W - place.from) < 0.15 * distance) continue;
       // Places from which the face is hidden are of little use; where there seem to be no others they must do.
-      if (draw < kDrawsPerPlace / 2 && !in_sight(situation, place.p_W, place.from + 0.51 * g.voxel_size * outward)) continue;
+      if (draw < kDrawsPerPlace / 2 && !in_sight(evaluator.judged(), place.p_W, place.from + 0.51 * g.voxel_size * outward)) continue;
     } else {
       // From the middle on: inside a large object too.
       const double radius = distance + std::hypot(half.x(), half.y()) * random.uniform();

@@ -54,6 +54,11 @@ Settings read_settings(const config::Node& root) {
   choose(search, "method", s.search.method, {{"fast", SearchMethod::fast}, {"thorough", SearchMethod::thorough}, {"thesis", SearchMethod::thesis}});
   search.read("max_evaluations", s.search.max_evaluations, {8, 1000000});
   search.read("threads", s.search.threads, {1, 64});
+  const config::Node lookahead = search.child("lookahead");
+  lookahead.read("depth", s.search.lookahead.depth, {1, 3});
+  lookahead.read("discount", s.search.lookahead.discount, {0, 1});
+  lookahead.read("within", s.search.lookahead.within, {0, 1});
+  lookahead.read("candidates", s.search.lookahead.candidates, {2, 64});
   read_panorama(search.child("fast"), s.search.fast);
   read_panorama(search.child("thorough"), s.search.thorough);
   const config::Node thesis = search.child("thesis");
@@ -74,6 +79,7 @@ Settings read_settings(const config::Node& root) {
   choose(evaluation, "quantification", e.quantification,
          {{"pixels", Quantification::pixels}, {"voxels", Quantification::voxels}, {"mixed", Quantification::mixed}});
   evaluation.read("pixels_per_voxel_share", e.pixels_per_voxel_share, {0, 1});
+  evaluation.read("likely_within_m", e.likely_within, {0, 10});
   evaluation.read("interval_exponent", e.interval_exponent, {2, 20});
   require(e.interval_exponent % 2 == 0, ErrorCode::bad_input,
           evaluation.where() + ": interval_exponent must be even, so that both bounds are bounds");

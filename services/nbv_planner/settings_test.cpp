@@ -14,8 +14,15 @@ TEST(Settings, ShippedConfigurationIsTheDefault) {
   EXPECT_EQ(s.search.fast, d.search.fast);
   EXPECT_EQ(s.search.thorough, d.search.thorough);
   EXPECT_EQ(s.search.thesis, d.search.thesis);
+  EXPECT_EQ(s.search.lookahead, d.search.lookahead);
   EXPECT_EQ(s.search.max_evaluations, d.search.max_evaluations);
   EXPECT_EQ(s.search.threads, d.search.threads);
+  EXPECT_EQ(s.evaluation.quantification, Quantification::mixed);
+  EXPECT_EQ(s.evaluation.pixels_per_voxel_share, d.evaluation.pixels_per_voxel_share);
+  EXPECT_EQ(s.evaluation.lambda_rule, LambdaRule::capped);
+  EXPECT_EQ(s.evaluation.likely_within, d.evaluation.likely_within);
+  EXPECT_EQ(s.evaluation.lambda_motion, 0);
+  EXPECT_EQ(s.evaluation.lambda_reach, 0);
   EXPECT_EQ(s.evaluation.interval_exponent, 6);
   EXPECT_EQ(s.evaluation.distance_slope, 20);
   EXPECT_EQ(s.evaluation.least_landmarks, 5);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "services/nbv_planner/evaluation.h"
+#include "services/nbv_planner/lookahead.h"
 #include "services/nbv_planner/panorama_search.h"
 #include "services/nbv_planner/situation.h"
 #include "services/nbv_planner/task_runner.h"
@@ -28,6 +29,7 @@ struct SearchSettings {
   SearchMethod method = SearchMethod::thorough;
   PanoramaSettings fast = PanoramaSettings::fast(), thorough = PanoramaSettings::thorough();
   ThesisSettings thesis;
+  LookaheadSettings lookahead;
   int max_evaluations = 1500;   // of everything: one is a wide rendering or a pair of exact ones
   double time_limit_s = 0;      // wall clock; 0: none
   int threads = 2;

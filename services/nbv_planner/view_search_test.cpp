@@ -258,5 +258,53 @@ TEST(ViewSearch, HardConstraintsHoldInManySituations) {
   EXPECT_GE(found, 15);
 }
 
+// A known plate, and 0.3 m behind it an unknown one of which no voxel is near the known.
+Situation two_plates() {
+  return testing::around_the_origin(20, [](int x, int, int) {
+    return x == 0 ? voxel::VoxelState::known : x == 19 ? voxel::VoxelState::unknown : voxel::VoxelState::empty;
+  });
+}
+
+TEST(ViewSearch, WhatIsLeftFarFromTheKnownIsFoundAllTheSame) {
+  const Situation s = two_plates();
+  EvaluationSettings near;
+  near.likely_within = 0.06;
+  const PlannedView v = plan_view(s, 2, {}, near, {});
+  EXPECT_GT(v.evaluation.gain.voxels, 200);
+  EXPECT_GT(v.evaluation.value, 200);
+}
+
+TEST(ViewSearch, LikelySurfaceDecidesAndAllUnknownIsReported) {
+  // A known face at -x of a block; one voxel deep beside it the unknown counts, the rest of the block does not.
+  const Situation s = testing::around_the_origin(16, [](int x, int, int) {
+    return x == 0 ? voxel::VoxelState::known : voxel::VoxelState::unknown;
+  });
+  EvaluationSettings near;
+  near.likely_within = 0.02;
+  const PlannedView v = plan_view(s, 2, {}, near, {});
+  Evaluator::Workspace w;
+  const Evaluator everything(s, {}, {});
+  EXPECT_EQ(v.evaluation.gain.voxels, everything.evaluate(v.X_WC, w).gain.voxels);
+  EXPECT_EQ(v.evaluation.value, Evaluator(s, near, {}).evaluate(v.X_WC, w).value);
+  EXPECT_NE(v.evaluation.value, v.evaluation.gain.voxels);
+}
+
+TEST(ViewSearch, LookingAheadTakesAViewNearTheBest) {
+  const Situation s = testing::patch_at_plus_x();
+  SearchSettings search;
+  search.method = SearchMethod::fast;
+  const PlannedView greedy = plan_view(s, 4, search, {}, {});
+  search.lookahead.depth = 3;
+  search.lookahead.within = 0.1;
+  const PlannedView ahead = plan_view(s, 4, search, {}, {});
+  EXPECT_GE(ahead.evaluation.value, 0.9 * greedy.evaluation.value - 1);
+  EXPECT_EQ(ahead.evaluation.violation, Violation::none);
+  EXPECT_TRUE(ahead.candidates.empty());
+  search.threads = 1;
+  EXPECT_TRUE(plan_view(s, 4, search, {}, {}).X_WC.isApprox(ahead.X_WC, 0));
+  search.lookahead.depth = 4;
+  EXPECT_THROW(plan_view(s, 4, search, {}, {}), Error);
+}
+
 }  // namespace
 }  // namespace periplus::nbv
