@@ -146,6 +146,8 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
                                  const std::vector<Eigen::Vector3i>& watched)
     : geometry_(grid.geometry()), bricks_(geometry_.bricks()) {
   geometry_.check();
+  require((geometry_.size.array() <= Eigen::Array3i(1024, 1024, 512)).all(), ErrorCode::bad_input,
+          "visibility takes grids of at most 1024 x 1024 x 512 voxels; choose larger voxels or a smaller box");
   const Eigen::Vector3i n = bricks_;
   const auto brick_at = [&](const Eigen::Vector3i& b) -> std::ptrdiff_t {
     if ((b.array() < 0).any() || (b.array() >= n.array()).any()) return -1;
@@ -155,15 +157,14 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
     const std::ptrdiff_t at = brick_at(b);
     return at < 0 ? 0 : grid.occupied()[at * 8 + x];
   };
-  index_.assign(static_cast<std::size_t>(n.x()) * n.y() * n.z(), -1);
-  row_.assign(static_cast<std::size_t>(n.x()) * n.y(), 0);
+  std::vector<std::int32_t> index(static_cast<std::size_t>(n.x()) * n.y() * n.z(), -1);  // brick -> planes_
   for (int bx = 0; bx < n.x(); ++bx) {
     for (int by = 0; by < n.y(); ++by) {
       for (int bz = 0; bz < n.z(); ++bz) {
         const Eigen::Vector3i at(bx, by, bz);
         const std::size_t base = static_cast<std::size_t>(brick_at(at)) * 8;
-        VisibilityBrick brick{};
-        for (int a = 0; a < 3; ++a) brick.at[a] = at[a];
+        Planes brick{};
+        brick.at = at;
         std::uint64_t any = 0;
         for (int x = 0; x < 8; ++x) {
           const std::uint64_t w = grid.occupied()[base + x];
@@ -187,18 +188,18 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
           brick.unknown[x] = w & ~grid.known()[base + x] & ~grid.environment()[base + x];
         }
         if (any == 0) continue;
-        index_[base / 8] = static_cast<std::int32_t>(list_.size());
-        row_[static_cast<std::size_t>(bx) * n.y() + by] |= 1ull << bz;
-        list_.push_back(brick);
+        index[base / 8] = static_cast<std::int32_t>(planes_.size());
+        planes_.push_back(brick);
       }
     }
   }
   for (const Eigen::Vector3i& v : watched) {
     if (!geometry_.contains(v)) continue;
-    const std::int32_t at = index_[brick_at(Eigen::Vector3i(v.x() / 8, v.y() / 8, v.z() / 8))];
-    if (at >= 0) list_[at].watched[v.x() & 7] |= OccupancyGrid::bit(v);
+    const std::int32_t at = index[brick_at(Eigen::Vector3i(v.x() / 8, v.y() / 8, v.z() / 8))];
+    if (at >= 0) planes_[at].watched[v.x() & 7] |= OccupancyGrid::bit(v);
   }
   watched_ = watched.size();
+  list_voxels();
   const Pose X_GW = geometry_.X_WG.inverse();
   for (const Occluder& occluder : occluders) {
     Points points;
@@ -229,12 +230,131 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
   }
 }
 
+void VisibilityScene::list_voxels() {
+  list_.reserve(planes_.size());
+  for (const Planes& p : planes_) {
+    VisibilityBrick brick{};
+    for (int a = 0; a < 3; ++a) brick.at[a] = p.at[a];
+    std::uint64_t any[8] = {};  // voxels with a free face
+    for (int x = 0; x < 8; ++x) {
+      for (int d = 0; d < 6; ++d) any[x] |= p.free_face[d][x];
+    }
+    std::uint64_t all = 0;
+    for (std::uint64_t word : any) all |= word;
+    for (int a = 0; a < 3; ++a) {
+      int low = 7, high = 0;
+      for (int t = 0; t < 8; ++t) {
+        if ((a == 0 ? any[t] : all & (a == 1 ? 0xffull << (8 * t) : kZLow << t)) == 0) continue;
+        low = std::min(low, t);
+        high = std::max(high, t + 1);
+      }
+      brick.middle[a] = static_cast<float>(8 * p.at[a]) + 0.5f * static_cast<float>(low + high);
+      brick.extent[a] = static_cast<float>(high - low);
+    }
+    for (int octant = 0; octant < 8; ++octant) {
+      brick.first[octant] = static_cast<std::uint32_t>(codes_.size());
+      const int up[3] = {octant & 1, octant >> 1 & 1, octant >> 2 & 1};
+      std::uint64_t seen[8];
+      for (int x = 0; x < 8; ++x) seen[x] = p.free_face[up[0]][x] | p.free_face[2 + up[1]][x] | p.free_face[4 + up[2]][x];
+      for (int i = 0; i < 8; ++i) {
+        const int x = up[0] != 0 ? 7 - i : i;
+        std::uint64_t rest = seen[x];
+        while (rest != 0) {
+          const int y = (up[1] != 0 ? 63 - std::countl_zero(rest) : std::countr_zero(rest)) >> 3;
+          std::uint64_t line = rest & 0xffull << (8 * y);
+          rest &= ~line;
+          while (line != 0) {
+            const int bit = up[2] != 0 ? 63 - std::countl_zero(line) : std::countr_zero(line);
+            line &= ~(1ull << bit);
+            std::uint32_t code = static_cast<std::uint32_t>(x) << kVoxelX | static_cast<std::uint32_t>(y) << kVoxelY | static_cast<std::uint32_t>(bit & 7) << kVoxelZ;
+            if (p.unknown[x] >> bit & 1) code |= kVoxelUnknown;
+            if (p.environment[x] >> bit & 1) code |= kVoxelEnvironment;
+            if (p.watched[x] >> bit & 1) code |= kVoxelWatched;
+            codes_.push_back(code);
+          }
+        }
+      }
+      brick.count[octant] = static_cast<std::uint16_t>(codes_.size() - brick.first[octant]);
+    }
+    list_.push_back(brick);
+  }
+  codes_.resize(codes_.size() + 16);
+}
+
+// Bricks beside the camera (within its slab along some axis) are hidden by none but such that are beside it along the same axes, and
+// bricks on different sides of it hide each other neither. So: those beside it along more axes first, then side by side, each
+// outward by the sum of the distances along the axes: those of equal sums do not hide each other.
+void VisibilityScene::order_bricks(const Eigen::Vector3d& eye, VisibilityWorkspace& workspace) const {
+  std::array<std::vector<BrickPart>, 3>& parts = workspace.parts;
+  std::array<std::vector<std::int8_t>, 3>& part_count = workspace.part_count;
+  std::array<std::array<std::int16_t, 128>, 3> side, distance;
+  int longest = 1;
+  for (int a = 0; a < 3; ++a) {
+    const int count = bricks_[a];
+    parts[a].assign(3 * static_cast<std::size_t>(count), {});
+    part_count[a].assign(static_cast<std::size_t>(count), 1);
+    const int own = static_cast<int>(std::floor(std::clamp(eye[a] / 8, -1.0, double(count))));
+    for (int i = 0; i < count; ++i) {
+      BrickPart* part = &parts[a][3 * static_cast<std::size_t>(i)];
+      side[a][i] = static_cast<std::int16_t>(i > own ? 0 : i == own ? 1 : 2);
+      distance[a][i] = static_cast<std::int16_t>(std::abs(i - own));
+      if (i != own) {
+        *part = {static_cast<std::int8_t>(side[a][i]), 0, 7};
+        continue;
+      }
+      // The camera's own voxel, if it is not just on a side of it, then those beyond.
+      const BrickPart* first = part;
+      const int low = static_cast<int>(std::floor(eye[a])) - 8 * i, up = static_cast<int>(std::ceil(eye[a])) - 8 * i;
+      if (low < up) *part++ = {1, static_cast<std::int8_t>(low), static_cast<std::int8_t>(low)};
+      if (up < 8) *part++ = {0, static_cast<std::int8_t>(up), 7};
+      if (low > 0) *part++ = {2, 0, static_cast<std::int8_t>(low - 1)};
+      part_count[a][static_cast<std::size_t>(i)] = static_cast<std::int8_t>(part - first);
+    }
+    longest += count + 1;
+  }
+  // Counting sort by side and level.
+  static const std::array<int, 27> rank = [] {
+    std::array<int, 27> r{};
+    int next = 0;
+    for (int beside = 3; beside >= 0; --beside) {
+      for (int code = 0; code < 27; ++code) {
+        if ((code / 9 == 1) + (code / 3 % 3 == 1) + (code % 3 == 1) == beside) r[static_cast<std::size_t>(code)] = next++;
+      }
+    }
+    return r;
+  }();
+  const auto level_of = [&](const VisibilityBrick& b) {
+    const int code = side[0][b.at[0]] * 9 + side[1][b.at[1]] * 3 + side[2][b.at[2]];
+    return rank[static_cast<std::size_t>(code)] * longest + distance[0][b.at[0]] + distance[1][b.at[1]] + distance[2][b.at[2]];
+  };
+  std::vector<std::int32_t>& place = workspace.turn_place;
+  place.assign(static_cast<std::size_t>(27 * longest + 1), 0);
+  for (const VisibilityBrick& b : list_) ++place[static_cast<std::size_t>(level_of(b) + 1)];
+  for (std::size_t i = 1; i < place.size(); ++i) place[i] += place[i - 1];
+  workspace.turns.resize(list_.size());
+  for (std::size_t i = 0; i < list_.size(); ++i) {
+    const int level = level_of(list_[i]);
+    workspace.turns[static_cast<std::size_t>(place[static_cast<std::size_t>(level)]++)] = {static_cast<std::int32_t>(i), level};
+  }
+}
+
 // One rendering: projection and coverage of single convex bodies; the grid's voxels are the kernel's.
 struct VisibilityScene::Raster {
   int width, height, rows;  // rows: words a strip, see visibility_kernel.h
   std::uint32_t* coverage;
   // Homogeneous pixel coordinates of a point of the grid frame [voxels]: m * (x, y, z, 1) = (u w, v w, w), w in metres.
   Eigen::Matrix<double, 3, 4> m;
+
+  // Nothing covered but what is outside of the image.
+  void clear(std::vector<std::uint32_t>& words) {
+    const std::size_t strip = static_cast<std::size_t>(rows), whole = static_cast<std::size_t>(width / 32), used = static_cast<std::size_t>((width + 31) / 32);
+    words.resize((used + 2) * strip);
+    coverage = words.data();
+    std::fill(coverage, coverage + used * strip, 0);
+    if (whole != used) std::fill(coverage + whole * strip, coverage + used * strip, ~0u << (width & 31));
+    std::fill(coverage + used * strip, coverage + (used + 2) * strip, ~0u);
+    for (std::size_t s = 0; s < used; ++s) std::fill(coverage + s * strip + static_cast<std::size_t>(height), coverage + (s + 1) * strip, ~0u);
+  }
 
   std::uint32_t fill(int row, int left, int right) {
     const int first = left >> 5, last = (right - 1) >> 5;
@@ -345,8 +465,7 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const Vi
   raster.width = camera.width;
   raster.height = camera.height;
   raster.rows = (camera.height + 31) / 16 * 16;
-  workspace.coverage.assign(static_cast<std::size_t>((camera.width + 31) / 32) * static_cast<std::size_t>(raster.rows), 0);
-  raster.coverage = workspace.coverage.data();
+  raster.clear(workspace.coverage);
   const Pose X_CG = X_WC.inverse() * geometry_.X_WG;
   Eigen::Matrix3d K;
   K << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
@@ -362,34 +481,17 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const Vi
 
   VisibilityKernelInput in{};
   in.bricks = list_.data();
-  in.index = index_.data();
-  in.occupied_row = row_.data();
+  in.codes = codes_.data();
+  order_bricks(eye, workspace);
+  in.turns = workspace.turns.data();
+  in.turn_count = static_cast<std::int32_t>(workspace.turns.size());
+  in.center[0] = camera.width / 2;
+  in.center[1] = camera.height / 2;
   for (int a = 0; a < 3; ++a) {
-    std::vector<std::int32_t>& bricks = workspace.brick_order[a];
-    std::vector<std::int8_t>&cells = workspace.cell_order[a], &side = workspace.side[a];
-    bricks.clear();
-    cells.clear();
-    side.clear();
-    const int count = bricks_[a];
-    const int own = static_cast<int>(std::floor(std::clamp(eye[a] / 8, -1.0, double(count))));
-    for (int i = std::max(own, 0); i < count; ++i) bricks.push_back(i);
-    for (int i = std::min(own, count) - 1; i >= 0; --i) bricks.push_back(i);
-    for (int i = 0; i < count; ++i) {
-      const int cell = static_cast<int>(std::floor(std::clamp(eye[a] - i * 8.0, -1.0, 8.0)));
-      for (int t = std::max(cell, 0); t < 8; ++t) cells.push_back(static_cast<std::int8_t>(t));
-      for (int t = std::min(cell, 8) - 1; t >= 0; --t) cells.push_back(static_cast<std::int8_t>(t));
-      for (int t = 0; t < 8; ++t) {
-        const double low = i * 8.0 + t;
-        side.push_back(eye[a] <= low ? 0 : eye[a] >= low + 1 ? 2 : 1);
-      }
-    }
-    in.count[a] = count;
     in.size[a] = geometry_.size[a];
-    in.brick_order[a] = bricks.data();
-    in.cell_order[a] = cells.data();
-    in.side[a] = side.data();
-    for (int j = 0; j < 4; ++j) in.m[a][j] = static_cast<float>(raster.m(a, j));
-    for (int c = 0; c < 8; ++c) in.step[a][c] = static_cast<float>(raster.m.row(a).head<3>().dot(corner(c)));
+    in.parts[a] = workspace.parts[a].data();
+    in.part_count[a] = workspace.part_count[a].data();
+    for (int j = 0; j < 4; ++j) in.m[a][j] = static_cast<float>(raster.m(a, j) - (a < 2 ? in.center[a] * raster.m(2, j) : 0.0));
   }
   in.near = static_cast<float>(kNear);
   in.width = raster.width;
@@ -406,8 +508,8 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const Vi
   in.more_than_pixels = static_cast<std::uint32_t>(options.more_than_pixels);
 
   VisibilityKernelOutput out{};
-  out.unknown = result.unknown.reserve(surface_);
-  out.watched = result.watched.reserve(watched_);
+  out.unknown = result.unknown.reserve(surface_ + 16);
+  out.watched = result.watched.reserve(watched_ + 16);
   kernel(in, out);
   result.unknown.set_size(out.unknown_count);
   result.watched.set_size(out.watched_count);
@@ -458,7 +560,7 @@ PairGain VisibilityScene::evaluate_pair(const Pose& X_WC, const StereoRig& rig, 
 
 std::size_t VisibilityScene::unknown_face_count() const {
   std::size_t count = 0;
-  for (const VisibilityBrick& b : list_) {
+  for (const Planes& b : planes_) {
     for (int d = 0; d < 6; ++d) {
       for (int x = 0; x < 8; ++x) count += std::popcount(b.free_face[d][x] & b.unknown[x]);
     }
@@ -469,7 +571,7 @@ std::size_t VisibilityScene::unknown_face_count() const {
 std::vector<VisibilityScene::Face> VisibilityScene::unknown_faces(std::size_t stride) const {
   std::vector<Face> faces;
   std::size_t seen = 0;
-  for (const VisibilityBrick& b : list_) {
+  for (const Planes& b : planes_) {
     for (int d = 0; d < 6; ++d) {
       for (int x = 0; x < 8; ++x) {
         for (std::uint64_t word = b.free_face[d][x] & b.unknown[x]; word != 0; word &= word - 1) {
@@ -485,7 +587,7 @@ std::vector<VisibilityScene::Face> VisibilityScene::unknown_faces(std::size_t st
 
 std::vector<std::uint32_t> VisibilityScene::surface() const {
   std::vector<std::uint32_t> voxels;
-  for (const VisibilityBrick& b : list_) {
+  for (const Planes& b : planes_) {
     for (int x = 0; x < 8; ++x) {
       std::uint64_t word = 0;
       for (int d = 0; d < 6; ++d) word |= b.free_face[d][x];

@@ -4,8 +4,8 @@
 // visited in an order in which no later one hides an earlier one, so one bit a pixel is enough. Each voxel's convex
 // silhouette becomes spans of a row; its visible pixels are those bits that were still clear. No depth, no ids.
 // A pixel belongs to what the ray through its centre (integer coordinates) meets first. Every occupied voxel
-// occludes: unknown, known and environment. Solids outside the grid occlude exactly, before the grid. The grid has at most 512
-// voxels along z.
+// occludes: unknown, known and environment. Solids outside the grid occlude exactly, before the grid. The grid has at most
+// 1024 voxels along x and y, 512 along z.
 //
 // World frame W, grid frame G (occupancy_grid.h), optical camera frame C. Lengths in metres.
 #pragma once
@@ -104,8 +104,10 @@ struct VisibilityWorkspace {
 
   // Scratch of the kernel.
   std::vector<std::uint32_t> coverage;
-  std::array<std::vector<std::int32_t>, 3> brick_order;
-  std::array<std::vector<std::int8_t>, 3> cell_order, side;
+  std::vector<BrickTurn> turns;
+  std::vector<std::int32_t> turn_place;
+  std::array<std::vector<BrickPart>, 3> parts;
+  std::array<std::vector<std::int8_t>, 3> part_count;
   std::vector<std::uint32_t> left_pixels;
 };
 
@@ -154,13 +156,22 @@ class VisibilityScene {
 
  private:
   struct Raster;
+  // Bit planes of eight voxels each way: word x, bit y * 8 + z.
+  struct Planes {
+    Eigen::Vector3i at;                                    // in bricks
+    std::array<std::array<std::uint64_t, 8>, 6> free_face;  // voxels with that face uncovered; by direction as in Face
+    std::array<std::uint64_t, 8> unknown, environment, watched;
+  };
+  void list_voxels();
+  // Outward from the eye (grid frame, voxels).
+  void order_bricks(const Eigen::Vector3d& eye, VisibilityWorkspace& workspace) const;
 
   GridGeometry geometry_;
   Eigen::Vector3i bricks_{0, 0, 0};
-  std::vector<VisibilityBrick> list_;
-  std::vector<std::int32_t> index_;        // brick -> list_, -1: nothing to see
-  std::vector<std::uint64_t> row_;         // [bx * nby + by], bit bz: list_ has it
-  std::size_t surface_ = 0;                // voxels with a free face
+  std::vector<Planes> planes_;            // of the bricks with a free face
+  std::vector<VisibilityBrick> list_;     // the same for the kernel
+  std::vector<std::uint32_t> codes_;
+  std::size_t surface_ = 0;               // voxels with a free face
   std::size_t watched_ = 0;
   // Parts of the solids beyond each side of the grid's box, in the grid frame [voxels]; by direction as in Face.
   std::array<std::vector<std::vector<Eigen::Vector3d>>, 6> beyond_;
