@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The loop in containers builds the same model:   compose_test.sh BUILD TASK_NAME REFERENCE OUTPUT
+# The loop in containers, with two planners, builds the same model:   compose_test.sh BUILD TASK_NAME REFERENCE OUTPUT
 # Makes the packages of the build folder and an image of them. Exit status 77: no docker here, which is a failure with
 # PERIPLUS_REQUIRE_DOCKER=1. PERIPLUS_BASE names another base image.
 set -euo pipefail
@@ -28,13 +28,14 @@ deploy/package.sh "$build" >/dev/null
 
 "${compose[@]}" run --rm periplus version || { echo "FAILED: the client does not run in its container"; exit 1; }
 status=0
-"${compose[@]}" up --no-color --exit-code-from run >"$build/compose-up.log" 2>&1 || status=$?
+"${compose[@]}" up --no-color --scale nbv-planner=2 --exit-code-from run >"$build/compose-up.log" 2>&1 || status=$?
 grep -E '^run_1|-run-1' "$build/compose-up.log" || tail -n 30 "$build/compose-up.log"
 same_run "$output" "$status" "$reference"
 
 run=("$output"/*/)
 grep -q '"coverage_reachable"' "${run[0]}/report.json" || { echo "FAILED: the run was not evaluated in its container"; exit 1; }
 [ "$(ls "${run[0]}/logs" | wc -l)" -ge 8 ] || { echo "FAILED: the run's folder lacks logs of services"; exit 1; }
+grep -q '"tasks_elsewhere":"[1-9]' "${run[0]}"/logs/nbv_planner.jsonl || { echo "FAILED: the two planners shared no request"; exit 1; }
 [ -s "${run[0]}/report.html" ] || { echo "FAILED: there is no report.html"; exit 1; }
 owner=$(stat -c %u:%g "$root")
 strangers=$(find "$output" -printf '%U:%G %p\n' | grep -v "^$owner " || true)

@@ -2,6 +2,7 @@
 // on the bus, past poses that cannot be taken, and when a service is killed.
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <iostream>
 #include <set>
 #include <thread>
@@ -116,6 +117,27 @@ TEST_F(EqualResults, SplitOnCycloneDds) {
   expect_covered(result);
   for (const std::string& service : kServices)
     EXPECT_EQ(result.report["vendors"][service], kSplit.contains(service) ? "cyclonedds" : "fastdds") << service;
+}
+
+// Two planners share each request, and one of them is killed while they do.
+TEST_F(EqualResults, TwoPlannersOneKilled) {
+  SystemRun run({.changes = {"dds.default=fastdds", "instances.nbv_planner=2"}});
+  ASSERT_TRUE(run.wait_for_state("next_view", 2)) << run.output();
+  ASSERT_TRUE(run.kill_service("nbv_planner")) << run.output();
+  const RunResult result = run.finish();
+  expect_equal(result);
+  EXPECT_NE(result.output.find("restarted"), std::string::npos) << result.output;
+  int shared = 0;
+  for (const char* name : {"nbv_planner.jsonl", "nbv_planner-2.jsonl"}) {
+    std::ifstream log(result.folder / "logs" / name);
+    EXPECT_TRUE(log.good()) << name;
+    for (std::string line; std::getline(log, line);) {
+      if (line.find("view planned") == std::string::npos) continue;
+      const std::string count = nlohmann::json::parse(line).value("tasks_elsewhere", std::string("0"));
+      shared += count != "0";
+    }
+  }
+  EXPECT_GT(shared, 0) << "no request was shared";
 }
 
 TEST_F(EqualResults, WithoutTruth) {

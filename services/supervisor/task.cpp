@@ -3,6 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "common/core/config.h"
@@ -19,6 +20,10 @@ bool has_vendor(const std::string& key) {
   const auto& names = service::service_names();
   return key == "default" || std::find(names.begin(), names.end(), key) != names.end();
 }
+
+// Any instance of these answers any request.
+constexpr std::array kStateless{"nbv_planner", "posture_generator", "walk_planner"};
+constexpr int kMostOfAService = 8;
 
 bool is_name(const std::string& text, std::size_t longest) {
   if (text.empty() || text.size() > longest || text[0] == '.') return false;
@@ -49,6 +54,11 @@ std::string Task::vendor(const std::string& service) const {
   if (const auto it = dds.find(service); it != dds.end()) return it->second;
   if (const auto it = dds.find("default"); it != dds.end()) return it->second;
   return "";
+}
+
+int Task::instances_of(const std::string& service) const {
+  const auto it = instances.find(service);
+  return it == instances.end() ? 1 : it->second;
 }
 
 Task parse_task(std::string_view yaml, std::string_view name, const std::optional<std::string>& folder) { return read_task(config::parse(yaml, name), folder); }
@@ -90,6 +100,12 @@ Task read_task(const config::Node& root, const std::optional<std::string>& folde
   for (const std::string& service : dds.keys()) {
     require(has_vendor(service), ErrorCode::bad_input, dds.where() + ": there is no service " + service);
     dds.read_choice(service, t.dds[service], {"fastdds", "cyclonedds"});
+  }
+  const config::Node instances = root.child("instances");
+  for (const std::string& service : instances.keys()) {
+    require(std::find(kStateless.begin(), kStateless.end(), service) != kStateless.end(), ErrorCode::bad_input,
+            instances.where() + ": " + service + " runs once; there may be several of nbv_planner, posture_generator and walk_planner");
+    instances.read(service, t.instances[service], {.minimum = 1, .maximum = kMostOfAService});
   }
   root.read("output", t.output);
   object.finish();
@@ -134,6 +150,11 @@ std::string Task::yaml() const {
   if (!dds.empty()) {
     out << YAML::Key << "dds" << YAML::Value << YAML::BeginMap;
     for (const auto& [service, vendor_name] : dds) put(service.c_str(), vendor_name);
+    out << YAML::EndMap;
+  }
+  if (!instances.empty()) {
+    out << YAML::Key << "instances" << YAML::Value << YAML::BeginMap;
+    for (const auto& [service, number] : instances) put(service.c_str(), number);
     out << YAML::EndMap;
   }
   put("output", output);

@@ -36,10 +36,12 @@ struct Task {
   bool truth = true;               // have the simulator publish the truth, for the report only
   int most_forbidden = 10;         // forbidden poses at one look before giving up
   std::map<std::string, std::string> dds;   // service -> fastdds | cyclonedds; "default" for the others
+  std::map<std::string, int> instances;     // service -> how many are started; 1 for the others, and only those without state may be more
   std::string output = "runs";     // folder of the run folders
 
   // Vendor of a service ("vision_server").
   std::string vendor(const std::string& service) const;
+  int instances_of(const std::string& service) const;
   // YAML text that parse_task() reads back to the same task.
   std::string yaml() const;
 };

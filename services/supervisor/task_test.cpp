@@ -26,11 +26,13 @@ class TaskFile : public testing::Test {
 };
 
 TEST_F(TaskFile, FindsFilesInFoldersAboveAndReadsBackWhatItWrites) {
-  const Task t = parse(object_ + "stop: {most_looks: 5}\nseed: 7\ndds: {default: fastdds, simulator: cyclonedds}\n");
+  const Task t = parse(object_ + "stop: {most_looks: 5}\nseed: 7\ndds: {default: fastdds, simulator: cyclonedds}\ninstances: {nbv_planner: 3}\n");
   EXPECT_EQ(t.robot, std::filesystem::weakly_canonical(folder_ / "robot.yaml").string());
   EXPECT_EQ(t.stop.most_looks, 5);
   EXPECT_EQ(t.vendor("simulator"), "cyclonedds");
   EXPECT_EQ(t.vendor("walk_planner"), "fastdds");
+  EXPECT_EQ(t.instances_of("nbv_planner"), 3);
+  EXPECT_EQ(t.instances_of("simulator"), 1);
   const Task u = parse_task(t.yaml(), "resolved", "/");
   EXPECT_EQ(u.yaml(), t.yaml());
   EXPECT_TRUE(u.box.X_WB.isApprox(t.box.X_WB, 1e-12));
@@ -73,6 +75,8 @@ TEST_F(TaskFile, BadInputNamesTheKeyAndWhatToDo) {
   EXPECT_NE(message("object: {id: a/b, box_center_m: [1, 2, 0], box_size_m: [1, 1, 1]}\n").find("id"), std::string::npos);
   EXPECT_NE(message(object_ + "voxel_m: 0.001\n").find("512"), std::string::npos);
   EXPECT_NE(message(object_ + "dds: {simulator: opendds}\n").find("fastdds"), std::string::npos);
+  EXPECT_NE(message(object_ + "instances: {model_server: 2}\n").find("model_server runs once"), std::string::npos);
+  EXPECT_NE(message(object_ + "instances: {nbv_planner: 0}\n").find("nbv_planner"), std::string::npos);
   EXPECT_NE(message("seed: 1\n").find("id"), std::string::npos);
 }
 

@@ -22,10 +22,11 @@ bool restarts(const std::string& service) { return service != "simulator" && ser
 
 std::vector<Program> programs_of(const Task& task, const fs::path& folder, const fs::path& logs) {
   std::vector<Program> programs;
-  for (const std::string& service : service_names()) {
+  const auto add = [&](const std::string& service, const std::string& name) {
     Program program{.service = service,
+                    .name = name,
                     .path = folder / program_name(service),
-                    .arguments = {"--log-file", (logs / (service + ".jsonl")).string()},
+                    .arguments = {"--log-file", (logs / (name + ".jsonl")).string()},
                     // The services share the cores, and results must not depend on how many there are.
                     .environment = {{"OPENBLAS_NUM_THREADS", "1"}, {"OMP_NUM_THREADS", "1"}, {"LP_NUM_THREADS", "1"}},
                     .restarts = restarts(service)};
@@ -38,6 +39,10 @@ std::vector<Program> programs_of(const Task& task, const fs::path& folder, const
     if (service == "model_server")
       program.arguments.insert(program.arguments.end(), {"--set", "store_folder=\"" + (logs.parent_path() / "knowledge").string() + "\""});
     programs.push_back(std::move(program));
+  };
+  for (const std::string& service : service_names()) {
+    add(service, service);
+    for (int i = 2; i <= task.instances_of(service); ++i) add(service, service + "-" + std::to_string(i));
   }
   return programs;
 }
@@ -66,7 +71,11 @@ struct Launcher::Impl {
     child.process.emplace(ProcessOptions{.program = child.program.path,
                                          .arguments = child.program.arguments,
                                          .environment = child.program.environment,
-                                         .output = logs / (child.program.service + ".out")});
+                                         .output = logs / (child.program.name + ".out")});
+  }
+  Event::Kind kind_of_loss(const Child& child) const {
+    const bool others = std::any_of(children.begin(), children.end(), [&](const Child& c) { return c.program.service == child.program.service && !c.lost; });
+    return others ? Event::Kind::fewer : Event::Kind::lost;
   }
 
   std::vector<Child> children;
@@ -105,27 +114,28 @@ std::vector<Launcher::Event> Launcher::supervise() {
     if (!status) continue;
     const std::string how = *status > 128 ? "was ended by signal " + std::to_string(*status - 128) : "ended with status " + std::to_string(*status);
     const std::string& service = child.program.service;
+    const std::string& name = child.program.name;
     if (*status == 2) {  // it refused its configuration: it would do so again
       child.lost = true;
-      const std::string reason = last_line(impl_->logs / (service + ".out"));
+      const std::string reason = last_line(impl_->logs / (name + ".out"));
       events.push_back({.kind = Event::Kind::lost,
                         .service = service,
-                        .text = reason.empty() ? service + " refused to start and gave no reason; see " + (impl_->logs / (service + ".jsonl")).string()
-                                               : service + " refused to start: " + reason,
+                        .text = reason.empty() ? name + " refused to start and gave no reason; see " + (impl_->logs / (name + ".jsonl")).string()
+                                               : name + " refused to start: " + reason,
                         .refused = true});
     } else if (!child.program.restarts || child.restarts >= impl_->most_restarts) {
       child.lost = true;
       const std::string why = child.program.restarts ? " after " + std::to_string(child.restarts) + " restarts" : "";
-      events.push_back({Event::Kind::lost, service, service + " " + how + why + "; see " + (impl_->logs / (service + ".jsonl")).string()});
+      events.push_back({impl_->kind_of_loss(child), service, name + " " + how + why + "; see " + (impl_->logs / (name + ".jsonl")).string()});
     } else {
       ++child.restarts;
       try {
         impl_->start(child);
         events.push_back({Event::Kind::restarted, service,
-                          service + " " + how + "; restarted (" + std::to_string(child.restarts) + " of " + std::to_string(impl_->most_restarts) + ")"});
+                          name + " " + how + "; restarted (" + std::to_string(child.restarts) + " of " + std::to_string(impl_->most_restarts) + ")"});
       } catch (const Error& e) {
         child.lost = true;
-        events.push_back({Event::Kind::lost, service, service + " " + how + " and did not start again: " + e.what()});
+        events.push_back({impl_->kind_of_loss(child), service, name + " " + how + " and did not start again: " + e.what()});
       }
     }
   }
@@ -135,7 +145,7 @@ std::vector<Launcher::Event> Launcher::supervise() {
 std::map<std::string, int> Launcher::pids() const {
   std::map<std::string, int> all;
   for (Impl::Child& child : impl_->children)
-    if (child.process && !child.process->poll()) all[child.program.service] = child.process->pid();
+    if (child.process && !child.process->poll()) all[child.program.name] = child.process->pid();
   return all;
 }
 

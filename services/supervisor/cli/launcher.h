@@ -18,6 +18,7 @@ using service::service_names;
 
 struct Program {
   std::string service;                              // "vision_server"
+  std::string name = service;                       // of this instance, "nbv_planner-2": names its files
   std::filesystem::path path;
   std::vector<std::string> arguments;
   std::map<std::string, std::string> environment;
@@ -35,13 +36,13 @@ std::vector<Program> programs_of(const Task& task, const std::filesystem::path& 
 class Launcher {
  public:
   struct Event {
-    enum class Kind { restarted, lost } kind;
+    enum class Kind { restarted, fewer, lost } kind;  // fewer: an instance will not come back, but others of its service go on
     std::string service;
     std::string text;                               // for a person
     bool refused = false;                           // it ended by itself with status 2: its input is to be corrected
   };
 
-  // `logs` is created; each program's own output is appended to <logs>/<service>.out.
+  // `logs` is created; each program's own output is appended to <logs>/<name>.out.
   Launcher(std::vector<Program> programs, std::filesystem::path logs, int most_restarts = 3);
   ~Launcher();  // stop()
   Launcher(const Launcher&) = delete;
@@ -51,7 +52,7 @@ class Launcher {
   void start();
   // To be called often: looks after the programs and tells what happened since.
   std::vector<Event> supervise();
-  // Processes by service, those alive.
+  // Processes by name, those alive.
   std::map<std::string, int> pids() const;
   // Asks all to end, kills who has not ended after `grace`, removes what they left in shared memory. May be called again.
   void stop(std::chrono::milliseconds grace = std::chrono::seconds(5));

@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <thread>
 
@@ -28,7 +29,7 @@ class LauncherTest : public testing::Test {
     const auto path = folder_ / program_name(service);
     std::ofstream(path) << "#!/bin/sh\n" << script << "\n";
     std::filesystem::permissions(path, std::filesystem::perms::owner_all);
-    return {.service = service, .path = path, .arguments = {}, .environment = {{"WHO", service}}, .restarts = may_restart};
+    return {.service = service, .name = service, .path = path, .arguments = {}, .environment = {{"WHO", service}}, .restarts = may_restart};
   }
   // Events until `count` of them came, or 5 s.
   static std::vector<Launcher::Event> events(Launcher& launcher, std::size_t count) {
@@ -75,6 +76,23 @@ TEST_F(LauncherTest, AKilledProgramWithStateIsLostAtOnce) {
   EXPECT_NE(all[0].text.find("signal 9"), std::string::npos);
   EXPECT_EQ(all[1].kind, Kind::restarted);
   EXPECT_NE(launcher.pids().at("nbv_planner"), before.at("nbv_planner"));
+}
+
+TEST_F(LauncherTest, OneOfSeveralInstancesMayGo) {
+  Program second = program("nbv_planner", "[ $WHO = other ] && exit 1; exec sleep 100", true);
+  second.name = "nbv_planner-2";
+  second.environment["WHO"] = "other";
+  Launcher launcher({program("nbv_planner", "[ $WHO = other ] && exit 1; exec sleep 100", true), second}, folder_ / "logs");
+  launcher.start();
+  const auto all = events(launcher, 4);
+  ASSERT_EQ(all.size(), 4u);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(all[i].kind, Kind::restarted);
+  EXPECT_EQ(all[3].kind, Kind::fewer);
+  EXPECT_EQ(all[3].text.rfind("nbv_planner-2 ended", 0), 0u) << all[3].text;
+  const auto pids = launcher.pids();
+  ASSERT_EQ(pids.size(), 1u);
+  ::kill(pids.at("nbv_planner"), SIGKILL);
+  EXPECT_EQ(events(launcher, 1).at(0).kind, Kind::restarted);
 }
 
 TEST_F(LauncherTest, ARefusedConfigurationIsNotTriedAgain) {
@@ -130,6 +148,14 @@ TEST(Programs, FollowTheTask) {
   EXPECT_EQ(programs[1].environment.at("PERIPLUS_DDS"), "fastdds");
   EXPECT_FALSE(programs[0].restarts);
   EXPECT_TRUE(programs[1].restarts);
+  task.instances = {{"nbv_planner", 2}};
+  const auto more = programs_of(task, "/bin/here", "/run/logs");
+  ASSERT_EQ(more.size(), 9u);
+  const auto second = std::find_if(more.begin(), more.end(), [](const Program& p) { return p.name == "nbv_planner-2"; });
+  ASSERT_NE(second, more.end());
+  EXPECT_EQ(second->service, "nbv_planner");
+  EXPECT_EQ(second->path, "/bin/here/periplus-nbv-planner");
+  EXPECT_EQ(second->arguments, (std::vector<std::string>{"--log-file", "/run/logs/nbv_planner-2.jsonl"}));
   task.truth = false;
   EXPECT_NE(programs_of(task, "/bin/here", "/logs")[0].arguments.back(), "--truth");
 }
