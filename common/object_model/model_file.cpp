@@ -287,8 +287,15 @@ std::string write_model(const ObjectModel& model) {
 }
 
 ObjectModel read_model(std::string_view file) {
-  require(file.substr(0, kMagic.size()) == kMagic, ErrorCode::bad_input,
-          "not a Periplus model of version 1: it must begin with \"PERIPLUS-MODEL 1\"");
+  if (file.substr(0, kMagic.size()) != kMagic) {
+    constexpr std::string_view kName = "PERIPLUS-MODEL ";
+    const std::size_t end = file.substr(0, kName.size() + 10).find_first_not_of("0123456789", kName.size());
+    if (file.starts_with(kName) && end != std::string_view::npos && end > kName.size() && file[end] == '\n') {
+      throw_error(ErrorCode::bad_input, "a Periplus model of version " + std::string(file.substr(kName.size(), end - kName.size())) +
+                                            "; this program reads version 1: use the program that wrote it, or have it written again");
+    }
+    throw_error(ErrorCode::bad_input, "not a Periplus model: it must begin with \"PERIPLUS-MODEL 1\"");
+  }
   const std::size_t header = kMagic.size() + kDigest + 1;
   require(file.size() > header, ErrorCode::bad_input, "the model file ends within its header");
   const std::string_view payload = file.substr(header);

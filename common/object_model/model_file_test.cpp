@@ -77,6 +77,23 @@ TEST(ModelFile, LoadsFromDiskAndSaysWhatItCannotRead) {
   EXPECT_THROW(load_model(path + ".missing"), Error);
 }
 
+TEST(ModelFile, OtherVersionsAreNamed) {
+  const auto refusal = [](const std::string& file) -> std::string {
+    try {
+      read_model(file);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::bad_input);
+      return error.what();
+    }
+    return "";
+  };
+  std::string file = write_model(small_model());
+  file.replace(0, std::string("PERIPLUS-MODEL 1").size(), "PERIPLUS-MODEL 12");
+  EXPECT_NE(refusal(file).find("version 12; this program reads version 1"), std::string::npos);
+  for (const char* text : {"", "PERIPLUS-MODEL ", "PERIPLUS-MODEL \n", "PERIPLUS-MODEL x\n", "PERIPLUS-MODEL 99999999999999\n", "resolution_px: [640, 480]\n"})
+    EXPECT_NE(refusal(text).find("must begin with"), std::string::npos) << text;
+}
+
 TEST(ModelFile, DamageIsNoticedByTheChecksum) {
   const std::string file = write_model(small_model());
   EXPECT_THROW(read_model(""), Error);
