@@ -262,6 +262,15 @@ TEST(KnownAnswers, TheCameraNeverStandsInAnObstacle) {
   expect_no_reachable_view(block_with_patch(full), "obstacles");
 }
 
+TEST(KnownAnswers, WhereTheCameraIsNowDoesNotMatterUnlessItsMotionCosts) {
+  scene::Scene scene;
+  scene.solids.push_back(testing::box({2, 2, 0.5}, {0.5, 0.5, 1.0}));
+  Situation s = block_with_patch(scene);
+  const Pose free = answer(s, 1).X_WC;
+  s.X_WC_now = look_along({2, 2, 0.5}, 0, 0);  // in an obstacle
+  EXPECT_EQ(answer(s, 1).X_WC.matrix(), free.matrix());
+}
+
 TEST(KnownAnswers, WhatIsNoNumberIsRefused) {
   const auto code = [](const std::function<void(Situation&)>& spoil) {
     Situation s = block_with_patch();

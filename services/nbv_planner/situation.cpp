@@ -28,8 +28,8 @@ void check(const Situation& s) {
           "the yaw limits must satisfy -pi <= minimum < maximum <= minimum + 2 pi; -pi..pi leaves every yaw free");
   require(0 <= l.distance_min && l.distance_min < l.distance_max && l.distance_max <= 100, ErrorCode::bad_input,
           "the distance limits must satisfy 0 <= minimum < maximum <= 100 m");
-  require((s.body.lower.array() < s.body.upper.array()).all(), ErrorCode::bad_input,
-          "the robot's body box must have lower < upper along each axis");
+  require(s.body.lower == s.body.upper || (s.body.lower.array() < s.body.upper.array()).all(), ErrorCode::bad_input,
+          "the robot's body box must have lower < upper along each axis, or be a point where there is no body");
   require(!s.X_WC_now || is_finite(*s.X_WC_now), ErrorCode::not_finite,
           "the pose where the camera is has a number that is not finite; leave it out");
   for (const Pose& X : s.forbidden) {

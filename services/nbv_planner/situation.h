@@ -29,7 +29,7 @@ struct Situation {
   scene::Scene scene;
   std::shared_ptr<const scene::CollisionWorld> collision;
   robot::ViewLimits limits;   // constraints 3.1-3.4 and the distances to the nearest occupied voxel
-  robot::BodyBox body;        // what the robot needs on the floor
+  robot::BodyBox body;        // what the robot needs on the floor; a point: nothing
   StereoRig rig;              // baseline 0: one camera
   std::vector<Pose> forbidden;  // constraint 3.6: left-eye poses that turned out unreachable
   std::optional<Pose> X_WC_now;  // where the left eye is: the motion's cost counts from there

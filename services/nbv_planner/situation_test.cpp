@@ -36,7 +36,8 @@ TEST(Situation, GoodOnesPassAndBadOnesSayWhy) {
   EXPECT_EQ(refused([](Situation& s) { s.rig.baseline = 0; }), ErrorCode::ok);  // one camera
   EXPECT_EQ(refused([](Situation& s) { s.limits.yaw_max = s.limits.yaw_min; }), ErrorCode::bad_input);
   EXPECT_EQ(refused([](Situation& s) { s.X_WC_now = Pose::Identity(); s.X_WC_now->translation().x() = NAN; }), ErrorCode::not_finite);
-  EXPECT_EQ(refused([](Situation& s) { s.body.lower = s.body.upper; }), ErrorCode::bad_input);
+  EXPECT_EQ(refused([](Situation& s) { s.body.lower.z() = s.body.upper.z(); }), ErrorCode::bad_input);
+  EXPECT_EQ(refused([](Situation& s) { s.body.lower = s.body.upper; }), ErrorCode::ok);  // a camera held by hand
   EXPECT_EQ(refused([](Situation& s) {
               s.forbidden.push_back(Pose::Identity());
               s.forbidden[0].translation().z() = std::numeric_limits<double>::infinity();

@@ -43,7 +43,7 @@ void tell_all(const Evaluator& evaluator, PlannedView& view) {
 
 // The best candidates, some distance apart, judged by what the views after each can still add.
 void choose_ahead(const Evaluator& evaluator, const SearchSettings& search, PlannedView& view) {
-  constexpr double kApart = 0.15, kTurned = 0.25;  // [m], [rad]
+  constexpr double kAheadApart = 0.15, kTurned = 0.25;  // [m], [rad]
   std::vector<ViewCandidate> sorted = view.candidates;
   std::stable_sort(sorted.begin(), sorted.end(), [](const ViewCandidate& a, const ViewCandidate& b) { return a.f_e < b.f_e; });
   sorted.insert(sorted.begin(), {view.X_WC, view.f_e, ""});
@@ -56,7 +56,7 @@ void choose_ahead(const Evaluator& evaluator, const SearchSettings& search, Plan
   for (const ViewCandidate& c : sorted) {
     if (static_cast<int>(chosen.size()) == search.lookahead.candidates) break;
     const bool close = std::any_of(chosen.begin(), chosen.end(), [&](const Candidate& o) {
-      return position_distance(o.X_WC, c.X_WC) < kApart && angle_between(o.X_WC, c.X_WC) < kTurned;
+      return position_distance(o.X_WC, c.X_WC) < kAheadApart && angle_between(o.X_WC, c.X_WC) < kTurned;
     });
     if (close) continue;
     const Candidate candidate{c.X_WC, evaluator.evaluate(c.X_WC, workspace)};
