@@ -1,7 +1,7 @@
 # One Debian package per service, each with its own dependencies (found by dpkg-shlibdeps), so that a service can be put alone
-# on another computer: deploy/package.sh, or cpack -G DEB in a build folder. periplus-data carries robots, scenes and tasks;
+# on another computer: deploy/package.sh, or cpack -G DEB in a build folder. periplus-data carries robots, cameras, scenes and tasks;
 # periplus-client what a person types: periplus, periplus-evaluate, periplus-report.
-install(DIRECTORY ${CMAKE_SOURCE_DIR}/deploy/robots ${CMAKE_SOURCE_DIR}/deploy/scenes ${CMAKE_SOURCE_DIR}/deploy/tasks
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/deploy/robots ${CMAKE_SOURCE_DIR}/deploy/cameras ${CMAKE_SOURCE_DIR}/deploy/scenes ${CMAKE_SOURCE_DIR}/deploy/tasks
   DESTINATION ${CMAKE_INSTALL_DATADIR}/periplus COMPONENT data)
 install(PROGRAMS ${CMAKE_SOURCE_DIR}/deploy/fetch-assets.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/periplus COMPONENT data)
 # Tasks name robot and scene as deploy/..., in a source tree and here alike.
@@ -17,7 +17,7 @@ set(periplus_description_motion-controller "executes footsteps and postures")
 set(periplus_description_supervisor "decides what the robot does next")
 set(periplus_description_simulator "stands in for the robot: its motion and what its cameras see")
 set(periplus_description_client "command line, evaluation and report")
-set(periplus_description_data "robots, scenes and tasks")
+set(periplus_description_data "robots, cameras, scenes and tasks")
 
 set(CPACK_PACKAGE_VENDOR "Periplus")
 set(CPACK_PACKAGE_CONTACT "Periplus developers <developers@periplus.invalid>")

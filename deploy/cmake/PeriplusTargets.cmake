@@ -59,6 +59,28 @@ function(periplus_service name)
   _periplus_tests(${name} ${CMAKE_CURRENT_SOURCE_DIR} ${name}_parts TEST_DEPS ${A_TEST_DEPS})
 endfunction()
 
+# periplus_tool(nbv COMPONENT nbv-planner DEPS …): the program periplus-nbv of nbv_tool.cpp, which `periplus nbv` runs; in the
+# package of its service. Its other sources stand in tool/, with their tests. Only libraries that it uses are loaded: a tool of
+# a service's algorithms starts without DDS.
+function(periplus_tool name)
+  cmake_parse_arguments(A "" "COMPONENT" "DEPS;TEST_DEPS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/tool/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  add_library(${name}_tool_parts STATIC ${sources})
+  periplus_target_defaults(${name}_tool_parts)
+  target_link_libraries(${name}_tool_parts PUBLIC ${A_DEPS})
+  add_executable(${name}_tool ${name}_tool.cpp)
+  set_target_properties(${name}_tool PROPERTIES OUTPUT_NAME periplus-${name})
+  periplus_target_defaults(${name}_tool)
+  target_link_libraries(${name}_tool PRIVATE ${name}_tool_parts)
+  target_link_options(${name}_tool PRIVATE -Wl,--as-needed)
+  install(TARGETS ${name}_tool RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${A_COMPONENT})
+  _periplus_tests(${name}_tool ${CMAKE_CURRENT_SOURCE_DIR}/tool ${name}_tool_parts TEST_DEPS ${A_TEST_DEPS})
+  if(TARGET ${name}_tool_test)
+    add_dependencies(${name}_tool_test ${name}_tool)  # it starts the program
+  endif()
+endfunction()
+
 # periplus_bench(visibility DEPS …): bench/visibility_bench.cpp as visibility_bench, built when asked for
 # (`ninja visibility_bench`), where Google Benchmark is installed.
 function(periplus_bench name)

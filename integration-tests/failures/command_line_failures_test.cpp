@@ -62,6 +62,15 @@ class CommandLine : public testing::Test {
   const std::string task;
 };
 
+TEST_F(CommandLine, NbvRunsThePlannerOnFiles) {
+  Command missing(run, "nbv", {"nbv", "absent.periplus", (kDeploy / "cameras/hrp2like-pair.yaml").string()});
+  EXPECT_EQ(missing.wait(), 2);
+  EXPECT_NE(missing.said().find("absent.periplus"), std::string::npos) << missing.said();
+  Command help(run, "nbv-help", {"nbv", "--help"});
+  EXPECT_EQ(help.wait(), 0);
+  EXPECT_NE(help.said().find("--forbid"), std::string::npos) << help.said();
+}
+
 TEST_F(CommandLine, ARobotFaultIsExitStatus6WithItsReason) {
   run.services.fail("motion/walk", ErrorCode::motion_robot_fault, "the robot has fallen");
   Command command(run, "run", {"run", "--attach", task});
