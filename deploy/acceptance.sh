@@ -6,7 +6,7 @@
 # "skipped"; with PERIPLUS_REQUIRE_DOCKER=1 a missing engine is a failure.
 set -uo pipefail
 cd "$(dirname "$0")/.."
-all=(build ci demo triceratops forbidden determinism vendors killed blank mug hosts compose)
+all=(build ci nbv_benchmark demo triceratops forbidden determinism vendors killed blank mug hosts compose)
 if [ "${1:-}" = --list ]; then printf '%s\n' "${all[@]}"; exit 0; fi
 checks=("$@"); [ $# -gt 0 ] || checks=("${all[@]}")
 for check in "${checks[@]}"; do
@@ -99,6 +99,20 @@ for check in "${checks[@]}"; do
       judge ci.exit_status "$s" "" = 0
       judge ci.time "$((SECONDS - start))" s '<=' 2700
       grep -E "tests passed|\(Failed\)|\(Timeout\)|\(Skipped\)" "$work/ci.log" >&2 ;;
+    nbv_benchmark)  # viewpoint planners beside each other; page, JSON and CSV go to docs/results/nbv_benchmark
+      rm -rf "$work/nbv_benchmark"
+      start=$SECONDS
+      integration-tests/nbv_benchmark/run.sh --check --output "$work/nbv_benchmark" >"$work/nbv_benchmark.log" 2>&1
+      say nbv_benchmark.time "$((SECONDS - start))" s none true
+      python3 -c '
+import json, sys
+for c in json.load(open(sys.argv[1]))["checks"]:
+    value = "missing" if c["value"] is None else round(c["value"], 4)
+    print("nbv_benchmark." + c["name"], value, c["limit"], str(c["ok"]).lower(), c["detail"] or "-", sep="\t")' \
+        "$work/nbv_benchmark/benchmark.json" >"$work/nbv_benchmark.checks"
+      [ -s "$work/nbv_benchmark.checks" ] || say nbv_benchmark.report missing "" "a report" false
+      while IFS=$'\t' read -r name value limit ok detail; do say "$name" "$value" "" "$limit" "$ok" "$detail"; done <"$work/nbv_benchmark.checks"
+      mkdir -p docs/results/nbv_benchmark && cp "$work"/nbv_benchmark/{index.html,benchmark.json,benchmark.csv} docs/results/nbv_benchmark/ ;;
     demo) full_run demo deploy/tasks/bunny.yaml ;;
     triceratops) full_run triceratops deploy/tasks/triceratops.yaml ;;
     forbidden)

@@ -54,7 +54,7 @@ struct ViewRecord {
   double unknown = 0;                                  // unknown voxels left
   double predicted = 0;                                // of this view, before it
   double travel = 0;                                   // so far [m]
-  double plan_seconds = 0, look_seconds = 0, model_seconds = 0;
+  double plan_seconds = 0, look_seconds = 0, model_seconds = 0;   // on one processor, one thread
 };
 
 struct Run {

@@ -116,7 +116,7 @@ int run(const Arguments& a, const std::string& command) {
   nlohmann::json report = to_json(r, o, provenance(command));
   const std::vector<Check> checks = check_criteria(report);
   if (a.check) report["checks"] = to_json(checks);
-  write(fs::path(a.output) / "benchmark.json", report.dump(1) + "\n");
+  write(fs::path(a.output) / "benchmark.json", report.dump() + "\n");
   write(fs::path(a.output) / "benchmark.csv", to_csv(r));
   write(fs::path(a.output) / "index.html", html_page(report));
   print(r);
