@@ -29,7 +29,7 @@ struct Arguments {
   std::string config = kHere + "config/default.yaml", catalogue = kHere + "config/objects.yaml";
   std::string planner_config, robot = PERIPLUS_SOURCE_DIR "/deploy/robots/hrp2like.yaml";
   std::string meshes, up_axis = "y", output = "runs/nbv-benchmark", keep, record;
-  std::vector<std::string> objects, settings, planners, sets;
+  std::vector<std::string> objects, settings, planners, planner_set;
   int views = 0, candidates = 0, threads = 2;
   std::int64_t seed = -1;
   bool quick = false, check = false;
@@ -49,7 +49,13 @@ BenchmarkOptions options_of(const Arguments& a) {
   if (a.quick) config::overlay(root, config::load_file(kHere + "config/quick.yaml"));
   BenchmarkOptions o = read_options(root);
   const std::string planner_config = a.planner_config.empty() ? service::default_configuration("nbv_planner").string() : a.planner_config;
-  const nbv::Settings planner = nbv::read_settings(config::load_file(planner_config));
+  config::Node planner_root = config::load_file(planner_config);
+  for (const std::string& change : a.planner_set) {
+    const std::size_t equal = change.find('=');
+    require(equal != std::string::npos && equal > 0, ErrorCode::bad_input, "--planner-set wants dotted.key=value, not " + change);
+    config::set(planner_root, change.substr(0, equal), change.substr(equal + 1));
+  }
+  const nbv::Settings planner = nbv::read_settings(planner_root);
   o.evaluation = planner.evaluation;
   o.search = planner.search;
   o.objects = a.meshes.empty() ? read_catalogue(a.catalogue) : mesh_folder(a.meshes, a.up_axis);
@@ -149,6 +155,7 @@ int main(int argc, char** argv) {
   app.add_option("--meshes", a.meshes, "a folder of meshes instead of the catalogue");
   app.add_option("--up", a.up_axis, "which axis of the folder's meshes points up")->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}));
   app.add_option("--planner-config", a.planner_config, "parameters of our planner (YAML of nbv_planner)");
+  app.add_option("--planner-set", a.planner_set, "one of them: dotted.key=value");
   app.add_option("--robot", a.robot, "robot YAML, its URDF beside it");
   app.add_option("--objects", a.objects, "only these")->delimiter(',');
   app.add_option("--settings", a.settings, "only these, as free/ideal/single")->delimiter(',');

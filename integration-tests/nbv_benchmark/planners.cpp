@@ -23,11 +23,32 @@ Choice best(const PlanningInput& in, Value value) {
 
 class Ours : public Planner {
  public:
+  explicit Ours(const nbv::LookaheadSettings& lookahead) : lookahead_(lookahead) {}
   Choice choose(const PlanningInput& in) override {
-    return best(in, [&](int i) { return in.evaluator.evaluate(in.arena.candidates[static_cast<std::size_t>(i)], workspace_).value; });
+    std::vector<std::pair<double, int>> order;
+    for (const int i : in.eligible) order.emplace_back(-in.evaluator.evaluate(in.arena.candidates[static_cast<std::size_t>(i)], workspace_).value, i);
+    std::sort(order.begin(), order.end());
+    nbv::LookaheadSettings ahead = lookahead_;
+    ahead.depth = std::min(ahead.depth, in.views_left);
+    std::size_t first = 0;
+    if (ahead.depth > 1) {
+      order.resize(std::min(order.size(), static_cast<std::size_t>(ahead.candidates)));
+      std::vector<nbv::ViewPromise> promises;
+      for (const auto& [negative, i] : order) {
+        in.evaluator.evaluate(in.arena.candidates[static_cast<std::size_t>(i)], workspace_);
+        nbv::ViewPromise promise{-negative, {}};
+        for (const voxel::VoxelPixels& v : workspace_.visibility.both)
+          if (static_cast<int>(v.pixels) > in.evaluator.settings().pair.more_than_pixels) promise.voxels.push_back(v.voxel);
+        promises.push_back(std::move(promise));
+      }
+      first = static_cast<std::size_t>(nbv::look_ahead(promises, in.evaluator.weights(), ahead).first);
+    }
+    const int i = order[first].second;
+    return {i, in.arena.candidates[static_cast<std::size_t>(i)], -order[first].first};
   }
 
  private:
+  nbv::LookaheadSettings lookahead_;
   nbv::Evaluator::Workspace workspace_;
 };
 
@@ -93,7 +114,7 @@ bool knows_the_object(const std::string& planner) { return planner == "oracle"; 
 bool takes_lists(const std::string& planner) { return planner != "search"; }
 
 std::unique_ptr<Planner> make_planner(const std::string& name, const PlannerSettings& settings) {
-  if (name == "ours") return std::make_unique<Ours>();
+  if (name == "ours") return std::make_unique<Ours>(settings.search.lookahead);
   if (name == "search") return std::make_unique<OursSearch>(settings);
   if (name == "random") return std::make_unique<RandomPlanner>(settings.seed);
   if (name == "oracle") return std::make_unique<Oracle>();

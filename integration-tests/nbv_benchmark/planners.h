@@ -16,6 +16,7 @@
 #include "integration-tests/nbv_benchmark/arena.h"
 #include "services/nbv_planner/evaluation.h"
 #include "services/nbv_planner/gain.h"
+#include "services/nbv_planner/lookahead.h"
 #include "services/nbv_planner/view_search.h"
 
 namespace periplus::nbv_benchmark {
