@@ -25,6 +25,7 @@ constexpr double kWideMargin = 0.06;      // tangent of what a wide rendering sh
 constexpr double kPanoramaNear = 0.2;     // along a panorama's own axis [m]
 constexpr double kDepthSlack = 0.12;      // of the depth range of a wide rendering, whose axis is not yet the view's [m]
 constexpr double kApart = 0.08;           // places that are looked at with both eyes [m]
+constexpr double kLeastEffort = 0.3;
 constexpr double kWorst = -1e9;
 
 // A place between the eyes with the orientation that was chosen there.
@@ -59,7 +60,7 @@ void visit_fields(Fields& fields, Exact& e) {
 
 class PanoramaSearch {
  public:
-  PanoramaSearch(SearchFrame& frame, const PanoramaSettings& settings) : frame_(frame), settings_(settings) {
+  PanoramaSearch(SearchFrame& frame, const PanoramaSettings& settings) : frame_(frame), settings_(with_effort(settings, frame.evaluator)) {
     const Evaluator& e = frame.evaluator;
     const PairWindow window = PairWindow::of(frame.situation.rig, e.settings().pair);
     for (int i = 0; i < frame.runner.workers(); ++i) workers_.push_back({OrientationSearch(window, frame.situation.limits), {}, OrientationCost(e)});
@@ -92,6 +93,19 @@ class PanoramaSearch {
   }
 
  private:
+  // Renderings of a large surface take long, and where so much is unknown, once the place is found little is left to be won.
+  static PanoramaSettings with_effort(PanoramaSettings s, const Evaluator& evaluator) {
+    if (s.full_effort_voxels == 0) return s;
+    const double effort = std::clamp(s.full_effort_voxels / std::max(1.0, double(evaluator.visibility().surface().size())), kLeastEffort, 1.0);
+    const auto take_down = [&](int& n) {
+      if (n > 0) n = std::max(1, static_cast<int>(std::lround(n * effort)));
+    };
+    take_down(s.starts);
+    take_down(s.finalists);
+    take_down(s.exact);
+    return s;
+  }
+
   struct Worker {
     OrientationSearch orientation;
     VisibleList list;
@@ -317,6 +331,7 @@ class PanoramaSearch {
     // What the start looks at: further positions begin with it in the middle.
     const double distance = std::clamp(frame_.evaluator.constraints().nearest_voxel(start.p_W) + 0.1, 0.6, 2.5);
     const auto value = [&](const std::vector<double>& x) {
+      if (x[0] == 0 && x[1] == 0 && x[2] == 0) return -start.value;  // looked at already
       Eigen::Vector3d p = start.p_W + x[0] * forward + x[1] * left + Eigen::Vector3d(0, 0, x[2]);
       p.z() = std::clamp(p.z(), l.height_min, l.height_max);
       if (frame_.evaluator.constraints().check_position(p, best.yaw) != Violation::none) {
@@ -377,7 +392,9 @@ class PanoramaSearch {
     const robot::ViewLimits& l = frame_.situation.limits;
     const double baseline = frame_.situation.rig.baseline;
     const Eigen::Vector3d p = middle_of_eyes(at.X_WC, baseline), ypr = camera_yaw_pitch_roll(at.X_WC);
+    const double score_at_start = frame_.score(at.evaluation);
     const auto value = [&](const std::vector<double>& x) {
+      if (std::all_of(x.begin(), x.end(), [](double v) { return v == 0; })) return score_at_start;
       const double roll = x.size() == 6 ? std::clamp(ypr.z() + x[5], -l.roll_max, l.roll_max) : 0;
       Candidate c{left_eye({p.x() + x[0], p.y() + x[1], std::clamp(p.z() + x[2], l.height_min, l.height_max)},
                            {ypr.x() + x[3], std::clamp(ypr.y() + x[4], l.pitch_min, l.pitch_max), roll}, baseline),
@@ -415,7 +432,7 @@ class PanoramaSearch {
   }
 
   SearchFrame& frame_;
-  const PanoramaSettings& settings_;
+  const PanoramaSettings settings_;
   std::vector<Worker> workers_;
   std::vector<Eigen::Vector3d> corners_;
   Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
@@ -428,13 +445,14 @@ class PanoramaSearch {
 
 PanoramaSettings PanoramaSettings::fast() {
   PanoramaSettings s;
-  s.positions = 90;
-  s.kept = 12;
-  s.wide = 14;
-  s.starts = 7;
+  s.positions = 110;
+  s.kept = 14;
+  s.wide = 18;
+  s.starts = 10;
+  s.position_evaluations = 6;
   s.finalists = 4;
-  s.exact = 3;
-  s.exact_evaluations = 80;
+  s.exact = 2;
+  s.exact_evaluations = 60;
   return s;
 }
 

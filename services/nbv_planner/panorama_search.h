@@ -23,18 +23,21 @@ struct SearchSettings;
 class TaskRunner;
 
 struct PanoramaSettings {
-  int positions = 140;         // panoramas of the first stage
+  int positions = 200;         // panoramas of the first stage
   int rounds = 2;              // of perturbation ...
-  int kept = 14;               // ... around so many ...
+  int kept = 20;               // ... around so many ...
   int each = 4;                // ... places around each
   double radius = 0.18;        // of the first round [m]; each further one 0.55 of it
-  int wide = 20;               // places looked at with both eyes
-  int starts = 10;             // of the simplex searches over positions
-  int position_evaluations = 10;
-  int finalists = 5;           // searched again
+  int wide = 30;               // places looked at with both eyes
+  int starts = 20;             // of the simplex searches over positions
+  int position_evaluations = 7;
+  int finalists = 8;           // searched again
   int final_evaluations = 12;
-  int exact = 4;               // of the searches in all degrees of freedom
-  int exact_evaluations = 100; // of each
+  int exact = 3;               // of the searches in all degrees of freedom
+  int exact_evaluations = 80; // of each
+  // With more voxels that have a free face than this, starts, finalists and exact are taken down in proportion, to 0.3 at
+  // least; 0: never.
+  int full_effort_voxels = 45000;
 
   bool operator==(const PanoramaSettings&) const = default;
 

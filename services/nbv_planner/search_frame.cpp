@@ -12,6 +12,8 @@ namespace {
 
 constexpr int kDrawsPerPlace = 200;
 constexpr double kFarthestPlace = 2.4;  // from the face or the box [m]
+constexpr double kLeastSlant = 0.1;     // cosine of the greatest angle from a face's normal to the place
+constexpr int kDrawsPerFace = 25;       // places that see a face in a corner are rare: none is given up too early
 constexpr std::size_t kFacesKept = 4096;
 
 }  // namespace
@@ -100,14 +102,15 @@ void SearchFrame::throw_unreachable() const {
                   std::to_string(situation.forbidden.size()) + ")");
 }
 
-std::optional<SearchFrame::Place> SearchFrame::draw_place(int i, double share, Random& random) const {
+std::optional<SearchFrame::Place> SearchFrame::draw_place(int i, double height_share, Random& random) const {
   constexpr double kTurn = std::numbers::pi;
   const voxel::GridGeometry& g = evaluator.visibility().geometry();
   const Eigen::Vector3d half = g.size.cast<double>() * g.voxel_size / 2;
   const Eigen::Vector3d middle = g.X_WG * half;
   const robot::ViewLimits& l = situation.limits;
   const double farthest = std::max(l.distance_min, std::min(l.distance_max, kFarthestPlace));
-  const double height = (l.height_min + l.height_max) / 2, reach = (l.height_max - l.height_min) / 2 * share;
+  const double height = (l.height_min + l.height_max) / 2, reach = (l.height_max - l.height_min) / 2 * height_share;
+  voxel::VisibilityScene::Face face;
   for (int draw = 0; draw < kDrawsPerPlace; ++draw) {
     // Many of the best views lie at the bounds of the height: draw wider and clamp.
     const double z = height + std::clamp(random.uniform(-1.6, 1.6), -1.0, 1.0) * reach;
@@ -116,12 +119,12 @@ std::optional<SearchFrame::Place> SearchFrame::draw_place(int i, double share, R
     const double distance = random.uniform(l.distance_min, farthest);
     Place place{Eigen::Vector3d(0, 0, z), middle};
     if (!faces.empty() && i % 4 != 3) {
-      const auto& face = faces[random.below(faces.size())];
+      if (draw % kDrawsPerFace == 0) face = faces[random.below(faces.size())];
       place.from = g.center_world(evaluator.visibility().voxel(face.voxel));
       place.p_W.head<2>() = place.from.head<2>() + distance * Eigen::Vector2d(std::cos(angle), std::sin(angle));
       const double sign = face.direction % 2 == 0 ? -1 : 1;
       const Eigen::Vector3d outward = sign * g.X_WG.linear().col(face.direction / 2);
-      if (outward.dot(place.p_W - place.from) < 0.15 * distance) continue;
+      if (outward.dot(place.p_W - place.from) < kLeastSlant * distance) continue;
       // Places from which the face is hidden are of little use; where there seem to be no others they must do.
       if (draw < kDrawsPerPlace / 2 && !in_sight(evaluator.judged(), place.p_W, place.from + 0.51 * g.voxel_size * outward)) continue;
     } else {

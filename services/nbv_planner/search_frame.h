@@ -78,8 +78,8 @@ class SearchFrame {
   struct Place {
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero(), from = Eigen::Vector3d::Zero();
   };
-  // `share`: of the height range that heights are drawn from, widened and clamped.
-  std::optional<Place> draw_place(int i, double share, Random& random) const;
+  // `height_share`: of the height range that heights are drawn from, widened and clamped.
+  std::optional<Place> draw_place(int i, double height_share, Random& random) const;
 
  private:
   std::uint64_t seed_;

@@ -156,7 +156,7 @@ void override_settings(const std::string& what, PanoramaSettings& s) {
     const std::pair<const char*, int*> numbers[] = {
         {"positions", &s.positions}, {"rounds", &s.rounds}, {"kept", &s.kept}, {"each", &s.each}, {"wide", &s.wide}, {"starts", &s.starts},
         {"position_evaluations", &s.position_evaluations}, {"finalists", &s.finalists}, {"final_evaluations", &s.final_evaluations},
-        {"exact", &s.exact}, {"exact_evaluations", &s.exact_evaluations}};
+        {"effort", &s.full_effort_voxels}, {"exact", &s.exact}, {"exact_evaluations", &s.exact_evaluations}};
     bool known = key == "radius";
     if (known) s.radius = v;
     for (const auto& [name, number] : numbers) {
@@ -259,7 +259,10 @@ int main(int argc, char** argv) {
         std::printf("%s: no reference\n", r.name.c_str());
         best[r.name] = 0;
       }
-      if (detail) std::printf("%-18s %6d", r.name.c_str(), best[r.name]);
+      if (detail) {
+        const Evaluator evaluator(r.situation, evaluation_of(r.situation), {});
+        std::printf("%-18s %6d  (surface %zu)", r.name.c_str(), best[r.name], evaluator.visibility().surface().size());
+      }
       for (const std::string& m : methods) {
         const SearchSettings settings = settings_of(m, threads);
         for (int seed = 0; seed < seeds; ++seed) {
