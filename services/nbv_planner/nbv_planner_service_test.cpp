@@ -190,5 +190,48 @@ TEST(NbvPlannerService, AnswersAndRefuses) {
   EXPECT_EQ(reply.pose_world_camera(), other.pose_world_camera());
 }
 
+// What known_answers_test.cpp says of the search, over the wire.
+TEST(NbvPlannerService, NothingLeftToSeeAndNothingThatCanBeReachedAreDifferentAnswers) {
+  service::testing::TestService service("nbv_planner_known_answers_test");
+  Settings settings;
+  settings.revision_wait_s = 0.2;
+  const NbvPlannerService planner(service, settings);
+  dds::Publisher<msg::Environment> environments(service.node(), "periplus/environment", dds::qos_latest());
+  dds::Publisher<msg::ObjectGrid> objects(service.node(), "periplus/object", dds::qos_latest());
+  dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client(service.node(), "nbv/plan");
+  ASSERT_TRUE(environments.publish(room()));
+  const auto answer = [&](const char* object_id, const voxel::OccupancyGrid& grid, msg::PlanViewReply& reply) {
+    EXPECT_TRUE(objects.publish(wire::object_to_wire(object_id, grid, {})));
+    msg::PlanViewRequest q = request();
+    q.object_id(object_id);
+    dds::RpcResult result;
+    for (int i = 0; i < 50; ++i) {  // until it has arrived
+      result = client.call(q, reply, {.deadline = 60s, .wait_for_server = 10s});
+      if (static_cast<ErrorCode>(result.error_code) != ErrorCode::nbv_revision_not_here) break;
+    }
+    return result;
+  };
+  using voxel::VoxelState;
+  for (const auto& [name, all] : {std::pair{"complete", VoxelState::known}, {"empty", VoxelState::empty}}) {
+    msg::PlanViewReply reply;
+    const dds::RpcResult result = answer(name, *testing::around_the_origin(15, [&](int, int, int) { return all; }).grid, reply);
+    EXPECT_TRUE(result.ok()) << result.error_message;
+    EXPECT_EQ(reply.predicted_gain_voxels(), 0) << name;
+  }
+  // A patch below the block: every eye is above it.
+  msg::PlanViewReply reply;
+  const dds::RpcResult result = answer(
+      "below", *testing::around_the_origin(15, [](int, int, int z) { return z == 0 ? VoxelState::unknown : VoxelState::known; }).grid, reply);
+  // Its sides show; closed by a known rim they do not.
+  EXPECT_TRUE(result.ok()) << result.error_message;
+  EXPECT_GT(reply.predicted_gain_voxels(), 0);
+  const dds::RpcResult hidden = answer(
+      "hidden", *testing::around_the_origin(15, [](int x, int y, int z) {
+                  return z == 0 && x > 0 && x < 14 && y > 0 && y < 14 ? VoxelState::unknown : VoxelState::known;
+                }).grid, reply);
+  EXPECT_EQ(static_cast<ErrorCode>(hidden.error_code), ErrorCode::nbv_no_reachable_view) << reply.predicted_gain_voxels();
+  EXPECT_NE(hidden.error_message.find("unknown voxels are left"), std::string::npos) << hidden.error_message;
+}
+
 }  // namespace
 }  // namespace periplus::nbv

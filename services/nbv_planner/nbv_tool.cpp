@@ -22,7 +22,7 @@ using namespace periplus;
 using namespace periplus::nbv;
 
 struct Options {
-  std::string model, camera, scene, config, picture;
+  std::string model, camera, scene, config, picture, from;
   std::vector<std::string> forbid, set, map;
   std::string method, max_evaluations, threads;
   double time_limit_s = 0;
@@ -110,6 +110,7 @@ int plan(const Options& o) {
   if (!o.picture.empty()) require_writable(o.picture);
   if (!o.map.empty()) require_writable(o.map[1]);
   PlanInput input = read_input(o.model, o.camera, o.scene, forbidden, settings);
+  if (!o.from.empty()) input.situation.X_WC_now = parse_pose(o.from, "--from");
   SearchSettings& search = input.settings.search;
   search.keep_candidates = !o.picture.empty();
   search.time_limit_s = o.time_limit_s;
@@ -160,6 +161,7 @@ int main(int argc, char** argv) {
   app.add_option("--scene", o.scene, "scene YAML with the obstacles, instead of the camera's");
   app.add_option("--forbid", o.forbid, "left-eye pose that must not come back: x,y,z,yaw,pitch[,roll] [m, degrees] or x,y,z,qw,qx,qy,qz; may be repeated")
       ->take_all()->allow_extra_args(false);
+  app.add_option("--from", o.from, "where the left eye is now, as for --forbid, instead of the model's last view: what K_motion counts from");
   app.add_option("--seed", o.seed, "of the search (1)");
   app.add_option("--method", o.method, "fast, thorough or thesis, instead of the configuration's");
   app.add_option("--max-evaluations", o.max_evaluations, "at most, instead of the configuration's");

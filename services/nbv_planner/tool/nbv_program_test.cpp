@@ -113,6 +113,16 @@ TEST_F(NbvProgram, AForbiddenPoseDoesNotComeBack) {
   }
 }
 
+TEST_F(NbvProgram, WhereTheMotionIsDearItStaysNear) {
+  const auto distance = [&](const std::string& from, const std::string& weight) {
+    const Answer r = run(ball("hand.yaml") + "--json --from " + from + " --set evaluation.lambda_motion=" + weight);
+    EXPECT_EQ(r.status, 0) << r.err;
+    return (parse_pose(r.json().at("view").at("text").get<std::string>(), "").translation() - parse_pose(from, "").translation()).norm();
+  };
+  const auto both_ways = [&](const std::string& weight) { return distance("0,1.2,1.1,-90,0", weight) + distance("-0.2,-1.2,1.1,90,0", weight); };
+  EXPECT_LT(both_ways("5"), 0.75 * both_ways("0"));
+}
+
 TEST_F(NbvProgram, PrintsForAPerson) {
   const Answer r = run(ball("hand.yaml") + "--method thesis");
   ASSERT_EQ(r.status, 0) << r.err;

@@ -53,6 +53,7 @@ PlanInput read_input(const std::string& model_file, const std::string& camera_fi
   input.object_id = model.state().object_id;
   input.views = static_cast<int>(model.state().views.size());
   for (const auto& view : model.state().views) input.X_WC_of_views.push_back(view->X_WC);
+  if (!input.X_WC_of_views.empty()) s.X_WC_now = input.X_WC_of_views.back();
   check(s);
   return input;
 }

@@ -19,7 +19,7 @@ struct PlanInput {
 };
 
 // `scene`: a file that goes before the camera's own; empty: the camera's, or free space without walls. Forbidden poses are left
-// eye poses. Throws Error with what to do: a file that is missing or no model, camera or scene; limits that are no interval.
+// eye poses; the camera is where the model's last view was taken from. Throws Error with what to do: a file that is missing or no model, camera or scene; limits that are no interval.
 PlanInput read_input(const std::string& model_file, const std::string& camera_file, const std::string& scene,
                      const std::vector<Pose>& forbidden, const Settings& settings);
 
