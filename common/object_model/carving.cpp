@@ -125,7 +125,7 @@ PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometr
         const Eigen::Vector3d p_C = map.camera.back_project(x, y, z);
         const Eigen::Vector3d p_G = X_GC * p_C;
         if ((p_G.array() >= lower.array()).all() && (p_G.array() <= upper.array()).all() &&
-            known->contains(map.X_WC * p_C, settings.solid_tolerance_m)) {
+            known->contains_or_floor(map.X_WC * p_C, settings.solid_tolerance_m)) {
           kind = PixelKind::known_solid;
           // Where the footprint holds something much nearer, that is not the solid and must not be carved into.
           if (z - limit <= extra) limit += extra;

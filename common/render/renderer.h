@@ -18,6 +18,8 @@ namespace periplus::render {
 struct TrueObject {
   std::string path;               // of the mesh file
   std::string texture;            // as of scene::Solid
+  ImageU8 picture;                // RGB, in place of the texture, unless empty
+  Eigen::Vector3d rgb{0.7, 0.7, 0.7};  // where there is neither
   mesh::TriangleMesh mesh_W;      // world frame [m], with texture coordinates and normals
   double scale = 1;               // metres per mesh unit
   Pose X_WM = Pose::Identity();   // p_W = X_WM * (scale * p of the file)

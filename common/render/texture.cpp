@@ -7,6 +7,7 @@
 
 #include "common/core/error.h"
 #include "common/core/random.h"
+#include "common/mesh/part_builder.h"
 
 namespace periplus::render {
 namespace {
@@ -15,19 +16,55 @@ constexpr int kFirstOctave = 3, kLastOctave = 10;
 constexpr double kFalloff = 0.8;
 constexpr int kPixelsPerMark = 2600;
 
-cv::Mat octave_noise(int width, int height, Random& random) {
+// Cells of the coarse grids are `stretch` times as long as high.
+cv::Mat octave_noise(int width, int height, Random& random, int stretch = 1) {
   cv::Mat sum = cv::Mat::zeros(height, width, CV_32F);
   double amplitude = 1;
   for (int octave = kFirstOctave; octave <= kLastOctave; ++octave, amplitude *= kFalloff) {
     const int side = 1 << octave;
-    cv::Mat coarse(side, side, CV_32F), fine;
-    for (int y = 0; y < side; ++y)
-      for (int x = 0; x < side; ++x) coarse.at<float>(y, x) = static_cast<float>(random.uniform());
+    cv::Mat coarse(side, std::max(2, side / stretch), CV_32F), fine;
+    for (int y = 0; y < coarse.rows; ++y)
+      for (int x = 0; x < coarse.cols; ++x) coarse.at<float>(y, x) = static_cast<float>(random.uniform());
     cv::resize(coarse, fine, {width, height}, 0, 0, cv::INTER_CUBIC);
     sum += fine * amplitude;
   }
   cv::normalize(sum, sum, 0, 1, cv::NORM_MINMAX);
   return sum;
+}
+
+// How a material looks: from its dark to its light colour, and marks strewn over it, `length` times as long as high.
+struct Look {
+  int dark[3], light[3];
+  int stretch, length;
+};
+constexpr Look kLooks[mesh::kMaterials] = {
+    {{35, 20, 10}, {150, 100, 60}, 4, 6},      // dark wood
+    {{95, 60, 25}, {245, 205, 150}, 4, 6},     // planks
+    {{140, 125, 100}, {255, 250, 238}, 1, 1},  // canvas
+    {{10, 45, 12}, {150, 215, 90}, 1, 2},      // leaves
+    {{60, 62, 68}, {225, 222, 212}, 1, 1},     // stone
+    {{28, 20, 14}, {165, 135, 105}, 4, 6},     // bark
+    {{70, 12, 10}, {240, 110, 80}, 2, 3},      // paint
+    {{30, 50, 38}, {205, 190, 120}, 2, 3},     // bronze
+};
+
+void paint_band(cv::Mat canvas, const Look& look, Random& random) {
+  const cv::Mat noise = octave_noise(canvas.cols, canvas.rows, random, look.stretch);
+  // The middle of the noise, spread over all the contrast there is.
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(noise, mean, deviation);
+  const auto colour = [&](double t, int c) { return std::clamp(look.dark[c] + t * (look.light[c] - look.dark[c]), 0.0, 255.0); };
+  for (int y = 0; y < canvas.rows; ++y)
+    for (int x = 0; x < canvas.cols; ++x) {
+      const double t = std::clamp(0.5 + 0.28 * (noise.at<float>(y, x) - mean[0]) / deviation[0], 0.0, 1.0);
+      for (int c = 0; c < 3; ++c) canvas.at<cv::Vec3b>(y, x)[c] = static_cast<std::uint8_t>(colour(t, c));
+    }
+  for (int i = 0; i < canvas.cols * canvas.rows / 260; ++i) {
+    const cv::Point at(static_cast<int>(random.below(static_cast<std::uint64_t>(canvas.cols))), static_cast<int>(random.below(static_cast<std::uint64_t>(canvas.rows))));
+    const double t = random.uniform() < 0.5 ? random.uniform(0, 0.15) : random.uniform(0.85, 1.0);
+    const int high = 2 + static_cast<int>(random.below(4)), tilt = static_cast<int>(random.below(look.length > 2 ? 12 : 180));
+    cv::ellipse(canvas, at, {high * look.length, high}, tilt, 0, 360, {colour(t, 0), colour(t, 1), colour(t, 2)}, cv::FILLED, cv::LINE_AA);
+  }
 }
 
 }  // namespace
@@ -63,6 +100,16 @@ ImageU8 make_texture(int width, int height, std::uint64_t seed) {
     else
       cv::putText(canvas, std::string(1, static_cast<char>('A' + whole(0, 26))), at, cv::FONT_HERSHEY_SIMPLEX, size / 14.0, colour, 3, cv::LINE_AA);
   }
+  return image;
+}
+
+ImageU8 make_materials(int width, int height, std::uint64_t seed) {
+  require(width > 0 && height >= mesh::kMaterials && width <= 8192 && height <= 8192, ErrorCode::bad_size, "texture: 8 to 8192 pixels a side are possible");
+  Random random(seed);
+  ImageU8 image(width, height, 3);
+  cv::Mat canvas(height, width, CV_8UC3, image.data.data());
+  for (int k = 0; k < mesh::kMaterials; ++k)
+    paint_band(canvas.rowRange(height - (k + 1) * height / mesh::kMaterials, height - k * height / mesh::kMaterials), kLooks[k], random);
   return image;
 }
 

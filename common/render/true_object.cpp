@@ -1,5 +1,5 @@
 #include "common/core/error.h"
-#include "common/mesh/assets.h"
+#include "common/mesh/made_models.h"
 #include "common/render/renderer.h"
 
 namespace periplus::render {
@@ -12,9 +12,8 @@ constexpr double kTileSlack = 1.25;
 
 TrueObject load_true_object(const scene::Truth& truth, const std::vector<std::string>& folders) {
   TrueObject object;
-  object.path = mesh::find_asset(truth.mesh, folders);
+  object.mesh_W = mesh::load_named(truth.mesh, folders, object.path);
   object.texture = truth.texture;
-  object.mesh_W = mesh::load(object.path);
   const mesh::Placement placed = mesh::scale_upright(object.mesh_W, truth.longest_side, truth.up_axis);
   if (mesh::signed_volume(object.mesh_W) < 0) mesh::flip(object.mesh_W);
   mesh::compute_normals(object.mesh_W);

@@ -15,7 +15,7 @@ namespace {
 constexpr double kAmbient = 0.45;
 constexpr double kLandmarkThickness = 0.006;  // [m]
 constexpr double kFloorPicturesPerMetre = 0.5, kSolidPicturesPerMetre = 1.0;
-constexpr int kObjectTiles[2] = {3072, 2048}, kWallPixels[2] = {2048, 1024}, kSurfacePixels[2] = {1024, 1024};
+constexpr int kObjectTiles[2] = {3072, 2048}, kWallPixels[2] = {2048, 1024}, kSurfacePixels[2] = {1024, 1024}, kMaterialPixels[2] = {2048, 2048};
 
 class Builder {
  public:
@@ -29,7 +29,7 @@ class Builder {
     for (const scene::Solid& solid : scene.solids) add_solid(solid);
     for (const scene::Landmark& landmark : scene.landmarks) add_landmark(landmark);
     for (const TrueObject& object : objects)
-      add_mesh(object.mesh_W, Pose::Identity(), material(object.texture, {0.7, 0.7, 0.7}, kObjectTiles, 1));
+      add_mesh(object.mesh_W, Pose::Identity(), object.picture.empty() ? material(object.texture, object.rgb, kObjectTiles, 1) : painted(object.picture));
   }
 
   World finish() {
@@ -58,13 +58,22 @@ class Builder {
     return name;
   }
 
+  std::string painted(const ImageU8& picture) {
+    const std::string name = "material" + std::to_string(materials_++), texture = "picture" + name;
+    assets_ << "<texture name='" << texture << "' type='2d' builtin='flat' width='" << picture.width << "' height='" << picture.height
+            << "'/><material name='" << name << "' specular='0' shininess='0' reflectance='0' texture='" << texture << "'/>";
+    world_.textures.emplace_back(texture, picture);
+    return name;
+  }
+
   std::string add_texture(const std::string& texture, const int (&pixels)[2], int shift) {
-    const bool made = texture.starts_with("noise:");
+    const bool noise = texture.starts_with("noise:"), materials = texture.starts_with("materials:"), made = noise || materials;
     const std::string key = texture + "/" + (made ? std::to_string(pixels[0]) + "/" + std::to_string(shift) : "");
     const auto [it, fresh] = textures_.try_emplace(key, "texture" + std::to_string(textures_.size()));
     if (!fresh) return it->second;
-    ImageU8 picture = made ? make_texture(pixels[0], pixels[1], std::stoull(texture.substr(6)) * 1000 + static_cast<unsigned>(shift))
-                           : load_texture(mesh::find_asset(texture, options_.asset_folders));
+    ImageU8 picture = noise       ? make_texture(pixels[0], pixels[1], std::stoull(texture.substr(6)) * 1000 + static_cast<unsigned>(shift))
+                      : materials ? make_materials(kMaterialPixels[0], kMaterialPixels[1], std::stoull(texture.substr(10)))
+                                  : load_texture(mesh::find_asset(texture, options_.asset_folders));
     // The picture itself is copied in after compiling: no detour through a file format.
     assets_ << "<texture name='" << it->second << "' type='2d' builtin='flat' width='" << picture.width << "' height='" << picture.height << "'/>";
     world_.textures.emplace_back(it->second, std::move(picture));

@@ -246,6 +246,8 @@ bool CollisionWorld::contains(const Vector3d& p, double margin) const {
   return false;
 }
 
+bool CollisionWorld::contains_or_floor(const Vector3d& p, double margin) const { return p.z() <= margin || contains(p, margin); }
+
 bool CollisionWorld::box_touches_solid(const Pose& X_WB, const Vector3d& size) const {
   return impl_->touches_solid(X_WB, size);
 }

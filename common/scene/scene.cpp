@@ -42,12 +42,13 @@ std::string read_name(const config::Node& node, std::set<std::string>& taken) {
 void read_texture(const config::Node& node, const char* key, std::string& texture) {
   node.read(key, texture);
   if (texture.size() > 512 || texture.starts_with('/') || texture.find("..") != std::string::npos)
-    refuse(node, std::string(key) + ": a file name below the assets folders or \"noise:<seed>\" is expected");
-  if (texture.starts_with("noise:")) {
-    const std::string seed = texture.substr(6);
-    if (seed.empty() || seed.size() > 9 || seed.find_first_not_of("0123456789") != std::string::npos)
-      refuse(node, std::string(key) + ": \"noise:<seed>\" needs a seed of 1 to 9 digits");
-  }
+    refuse(node, std::string(key) + ": a file name below the assets folders, \"noise:<seed>\" or \"materials:<seed>\" is expected");
+  for (const std::string kind : {"noise:", "materials:"})
+    if (texture.starts_with(kind)) {
+      const std::string seed = texture.substr(kind.size());
+      if (seed.empty() || seed.size() > 9 || seed.find_first_not_of("0123456789") != std::string::npos)
+        refuse(node, std::string(key) + ": \"" + kind + "<seed>\" needs a seed of 1 to 9 digits");
+    }
 }
 
 Pose read_pose(const config::Node& node) {

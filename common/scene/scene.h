@@ -20,7 +20,7 @@ struct Solid {
   Shape shape = Shape::box;
   Eigen::Vector3d size{0, 0, 0};   // full side lengths of a box; (diameter, diameter, height); (diameter, ., .) [m]
   Pose X_WS = Pose::Identity();    // centre
-  std::string texture;             // file name below the assets folders, or "noise:<seed>" (made by us); empty: plain colour
+  std::string texture;             // file name below the assets folders, or "noise:<seed>", "materials:<seed>" (made by us); empty: plain colour
   Eigen::Vector3d rgb{0.7, 0.7, 0.7};
   bool supports_object = false;    // the table: what its top carries stands on it
 };
@@ -45,7 +45,7 @@ struct Landmark {
 
 // The object as only the simulator knows it.
 struct Truth {
-  std::string mesh;                 // path, or name below the assets folders
+  std::string mesh;                 // path, name below the assets folders, or one made by us: "made:ship" (common/mesh/made_models.h)
   double longest_side = 0.45;       // [m]
   std::string up_axis = "z";        // x y z, or -x -y -z: which axis of the mesh points up
   Pose X_WO = Pose::Identity();     // of the scaled, upright mesh, whose origin is the middle of its bottom face
@@ -90,6 +90,8 @@ class CollisionWorld {
   bool box_collides(const Pose& X_WB, const Eigen::Vector3d& size) const;
   // True if the point lies in a solid (grown by `margin`).
   bool contains(const Eigen::Vector3d& p, double margin = 0) const;
+  // The same, or in the floor or less than `margin` above it.
+  bool contains_or_floor(const Eigen::Vector3d& p, double margin = 0) const;
   // True if the axis-aligned-in-its-frame box at X_WB touches any solid: to label voxels.
   bool box_touches_solid(const Pose& X_WB, const Eigen::Vector3d& size) const;
   // First hit of the segment from p to q with a solid, as share of the way in 0..1; nothing if free.

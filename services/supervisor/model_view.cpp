@@ -20,8 +20,7 @@ Eigen::Matrix3d view_rotation(double azimuth, double elevation) {
   return R;
 }
 
-ImageU8 render(const mesh::TriangleMesh& m, const Eigen::Matrix3d& R, int size) {
-  const mesh::Bounds b = mesh::bounds(m);
+ImageU8 render(const mesh::TriangleMesh& m, const Eigen::Matrix3d& R, int size, const mesh::Bounds& b) {
   const Eigen::Vector3d middle = (b.lower + b.upper) / 2;
   const double scale = 0.92 * size / b.size().norm();
   ImageU8 image(size, size, 3, 250);
@@ -66,14 +65,19 @@ ImageU8 render(const mesh::TriangleMesh& m, const Eigen::Matrix3d& R, int size) 
 
 }  // namespace
 
+ImageU8 draw_model(const mesh::TriangleMesh& mesh, double azimuth, double elevation, int size_px, const mesh::Bounds& frame) {
+  return render(mesh, view_rotation(azimuth, elevation), size_px, frame);
+}
+
 std::vector<ModelView> model_views(const std::string& ply_path, int size_px) {
   std::vector<ModelView> views;
   if (!std::filesystem::exists(ply_path)) return views;
   const mesh::TriangleMesh m = mesh::load(ply_path);
+  const mesh::Bounds b = mesh::bounds(m);
   constexpr double quarter = std::numbers::pi / 2, up = 20 * std::numbers::pi / 180;
   const char* names[] = {"front", "left", "back", "right"};
-  for (int i = 0; i < 4; ++i) views.push_back({names[i], render(m, view_rotation(-quarter + i * quarter, up), size_px)});
-  views.push_back({"above", render(m, view_rotation(-quarter, quarter), size_px)});
+  for (int i = 0; i < 4; ++i) views.push_back({names[i], render(m, view_rotation(-quarter + i * quarter, up), size_px, b)});
+  views.push_back({"above", render(m, view_rotation(-quarter, quarter), size_px, b)});
   return views;
 }
 

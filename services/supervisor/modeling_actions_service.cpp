@@ -366,6 +366,7 @@ void ModelingActions::Impl::publish_look() {
     if (numbers.size() < 60) add("s." + name, value.get<double>());
   publish(event);
   recorder.save_look(current, rig());
+  stop_rule.looked(current.predicted_gain_voxels, current.found_gain_voxels);
   looks.push_back(current);
   lost_here = 0;
   current = LookRecord{};
@@ -405,7 +406,9 @@ Outcome ModelingActions::Impl::next_view() {
                                {"tasks", view.tasks()},
                                {"tasks_elsewhere", view.tasks_elsewhere()}});
   const Trigger verdict = stop_rule.judge(look_number, view.predicted_gain_voxels());
-  const std::string promise = "best view promises " + std::to_string(static_cast<long>(view.predicted_gain_voxels())) + " unknown voxels";
+  std::string promise = "best view promises " + std::to_string(static_cast<long>(view.predicted_gain_voxels())) + " unknown voxels";
+  const double trust = stop_rule.trust();
+  if (trust < 1) promise += " (" + std::to_string(static_cast<long>(trust * view.predicted_gain_voxels())) + " by what the last looks found of their promises)";
   if (verdict == Trigger::gain_small) return {verdict, promise + ", less than " + std::to_string(static_cast<long>(task.stop.least_gain_voxels))};
   if (verdict == Trigger::converged) return {verdict, promise + ", as the last two did"};
   return {Trigger::done, promise};
@@ -469,6 +472,7 @@ Outcome ModelingActions::Impl::do_set_posture() {
   request.configuration(wanted.at("configuration").get<std::vector<double>>());
   call_knowing(set_posture, "motion/set_posture", request, reply, settings.motion_deadline_s);
   record_motion("looking", reply);
+  current.configuration = reply.configuration();
   return {};
 }
 

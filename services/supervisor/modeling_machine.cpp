@@ -23,10 +23,22 @@ MachineResult run_machine(Actions& actions, const std::function<void(State, cons
   }
 }
 
+void StopRule::looked(double promised, double found) {
+  if (promised > 0) yields_.emplace_back(promised, found);
+}
+
+double StopRule::trust() const {
+  const auto count = static_cast<std::size_t>(settings_.discount_looks);
+  if (count == 0 || yields_.size() < count) return 1;
+  double promised = 0, found = 0;
+  for (auto it = yields_.end() - settings_.discount_looks; it != yields_.end(); ++it) promised += it->first, found += it->second;
+  return std::clamp(found / promised, 0.0, 1.0);
+}
+
 Trigger StopRule::judge(int look, double gain_voxels) {
   if (!promises_.empty() && promises_.back().first == look) promises_.pop_back();
   promises_.emplace_back(look, gain_voxels);
-  if (gain_voxels < settings_.least_gain_voxels) return Trigger::gain_small;
+  if (gain_voxels * trust() < settings_.least_gain_voxels) return Trigger::gain_small;
   if (promises_.size() >= 3) {
     const auto last = promises_.end() - 3;
     const auto [low, high] = std::minmax({last[0].second, last[1].second, last[2].second});

@@ -108,5 +108,25 @@ TEST(StopRule, LeastGainAndConvergenceByTheLastTwoScores) {
   for (int i = 0; i < 5; ++i) EXPECT_EQ(off.judge(i, 50), Trigger::done);
 }
 
+TEST(StopRule, PromisesCountByWhatTheLastLooksFoundOfTheirs) {
+  StopRule rule({.least_gain_voxels = 100, .discount_looks = 2, .variation_voxels = 0, .most_looks = 9, .most_time_s = 1});
+  rule.looked(-1, 50000);  // the first look is not planned
+  rule.looked(1000, 2000);
+  EXPECT_EQ(rule.trust(), 1);  // of one look alone nothing is concluded
+  rule.looked(600, 0);
+  EXPECT_EQ(rule.trust(), 1);  // 2000 of 1600
+  rule.looked(600, 150);
+  EXPECT_DOUBLE_EQ(rule.trust(), 0.125);
+  EXPECT_EQ(rule.judge(4, 800), Trigger::done);
+  EXPECT_EQ(rule.judge(4, 799), Trigger::gain_small);
+  rule.looked(400, -20);  // voxels may become unknown again
+  rule.looked(400, -20);
+  EXPECT_EQ(rule.trust(), 0);
+  StopRule off({.least_gain_voxels = 100, .discount_looks = 0, .variation_voxels = 0, .most_looks = 9, .most_time_s = 1});
+  off.looked(600, 0);
+  off.looked(600, 0);
+  EXPECT_EQ(off.judge(3, 101), Trigger::done);
+}
+
 }  // namespace
 }  // namespace periplus::supervisor

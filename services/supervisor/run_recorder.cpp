@@ -151,6 +151,7 @@ nlohmann::json RunRecorder::to_json(const LookRecord& l) {
   const auto planned = [](double v) { return v < 0 ? nlohmann::json() : nlohmann::json(v); };
   return {{"look", l.look},
           {"pose_world_camera", supervisor::to_json(l.X_WC)},
+          {"configuration", l.configuration},
           {"predicted_gain_px", planned(l.predicted_gain_px)},
           {"predicted_gain_voxels", planned(l.predicted_gain_voxels)},
           {"found_gain_px", l.found_gain_px},

@@ -25,6 +25,7 @@ namespace periplus::supervisor {
 struct LookRecord {
   int look = 0;                                // from 1
   Pose X_WC = Pose::Identity();                // left eye, as vision found it
+  std::vector<double> configuration;           // of the posture [m, rad]; empty: looked from where it stood
   double predicted_gain_px = -1, predicted_gain_voxels = -1;   // -1: the first look was not planned
   double found_gain_px = 0, found_gain_voxels = 0;
   double valid_share = 0, valid_share_in_box = 0;

@@ -89,6 +89,7 @@ Task read_task(const config::Node& root, const std::optional<std::string>& folde
           root.where() + ": the box has more than 512 voxels along a side; make voxel_m larger or the box smaller");
   const config::Node stop = root.child("stop");
   stop.read("least_gain_voxels", t.stop.least_gain_voxels, {.minimum = 0});
+  stop.read("discount_looks", t.stop.discount_looks, {.minimum = 0, .maximum = 20});
   stop.read("variation_voxels", t.stop.variation_voxels, {.minimum = 0});
   stop.read("most_looks", t.stop.most_looks, {.minimum = 1, .maximum = 99});
   stop.read("most_time_s", t.stop.most_time_s, {.minimum = 1, .maximum = 86400});
@@ -139,6 +140,7 @@ std::string Task::yaml() const {
   put("voxel_m", voxel_m);
   out << YAML::Key << "stop" << YAML::Value << YAML::BeginMap;
   put("least_gain_voxels", stop.least_gain_voxels);
+  put("discount_looks", stop.discount_looks);
   put("variation_voxels", stop.variation_voxels);
   put("most_looks", stop.most_looks);
   put("most_time_s", stop.most_time_s);

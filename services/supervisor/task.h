@@ -18,6 +18,7 @@ namespace periplus::supervisor {
 
 struct StopSettings {
   double least_gain_voxels = 20;   // complete when the best view promises fewer unknown voxels than this
+  int discount_looks = 2;          // promises count by the share that this many last looks found of theirs; 0: as they stand
   double variation_voxels = 2;     // complete when the last three promises differ by less (thesis 5.1.2); 0: off
   int most_looks = 12;
   double most_time_s = 600;

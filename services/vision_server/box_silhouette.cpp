@@ -67,7 +67,7 @@ double valid_share(const ImageF& disparity, const ImageU8& silhouette, double di
 }
 
 bool on_known_solid(const scene::CollisionWorld* known, const Eigen::Vector3d& p_W) {
-  return known && known->contains(p_W, 0.01);
+  return known && known->contains_or_floor(p_W, 0.01);
 }
 
 std::optional<double> object_valid_share(const ImageF& disparity, const ImageF& filled, const StereoRig& rig,

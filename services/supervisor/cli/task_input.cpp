@@ -7,8 +7,7 @@
 #include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
-#include "common/mesh/assets.h"
-#include "common/mesh/triangle_mesh.h"
+#include "common/mesh/made_models.h"
 #include "common/robot/robot_model.h"
 #include "common/scene/scene.h"
 #include "common/service/locate.h"
@@ -62,7 +61,8 @@ EnvironmentTexts read_environment(const Task& task) {
 void check_true_object(const Task& task) {
   const scene::Scene scene = scene::load_scene(task.scene);
   if (!scene.truth) return;
-  mesh::load(mesh::find_asset(scene.truth->mesh, {fs::path(task.scene).parent_path().string()}));
+  std::string path;
+  mesh::load_named(scene.truth->mesh, {fs::path(task.scene).parent_path().string()}, path);
 }
 
 std::string run_id_of(const std::string& task_name, std::chrono::system_clock::time_point now) {
