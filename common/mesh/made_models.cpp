@@ -175,10 +175,10 @@ TriangleMesh make_treehouse() {
     b.tube(0.10 * out + Vector3d(0, 0, 0.20), 0.36 * out + Vector3d(0, 0, 0.035), 0.075, 0.033, 12, Material::bark);
   }
   // Platform with beams and struts.
-  stand(b, {0, 0, 1.10}, {1.10, 1.00, 0.06}, 0.1, Material::planks);
-  for (const double y : {-0.3, 0.3}) stand(b, {0, y, 1.03}, {1.04, 0.07, 0.08}, 0.1, Material::dark_wood);
+  stand(b, {-0.03, 0, 1.10}, {0.98, 0.90, 0.06}, 0.1, Material::planks);
+  for (const double y : {-0.3, 0.3}) stand(b, {-0.03, y, 1.03}, {0.94, 0.07, 0.08}, 0.1, Material::dark_wood);
   for (const double x : {-1.0, 1.0})
-    for (const double y : {-1.0, 1.0}) b.tube({0.08 * x, 0.07 * y, 0.58}, {0.42 * x, 0.3 * y, 1.06}, 0.035, 0.035, 12, Material::dark_wood);
+    for (const double y : {-1.0, 1.0}) b.tube({0.08 * x, 0.07 * y, 0.58}, {0.36 * x, 0.3 * y, 1.06}, 0.035, 0.035, 12, Material::dark_wood);
   // Hut: its core, and walls around that leave door and window open 7 cm deep.
   constexpr double kFloor = 1.15, kWall = 0.62, x0 = -0.5, x1 = 0.14;  // the hut stands at the back; the veranda in front (+x)
   const double cx = (x0 + x1) / 2, sx = x1 - x0;
@@ -211,16 +211,16 @@ TriangleMesh make_treehouse() {
   }
   // Railing around the veranda, ladder at its front.
   const double rail = 1.40;
-  for (const double y : {-0.46, 0.46}) {
-    for (const double x : {0.20, 0.50}) stand(b, {x, y, 1.15}, {0.045, 0.045, rail - 1.15}, 0.1, Material::dark_wood);
-    b.box(make_pose({0.335, y, rail}, Eigen::Matrix3d::Identity()), {0.40, 0.05, 0.045}, 0.1, Material::planks);
+  for (const double y : {-0.42, 0.42}) {
+    for (const double x : {0.19, 0.43}) stand(b, {x, y, 1.15}, {0.045, 0.045, rail - 1.15}, 0.1, Material::dark_wood);
+    b.box(make_pose({0.31, y, rail}, Eigen::Matrix3d::Identity()), {0.30, 0.05, 0.045}, 0.1, Material::planks);
   }
-  for (const double y : {-0.36, 0.22}) b.box(make_pose({0.50, y, rail}, rotation_from_yaw_pitch_roll(std::numbers::pi / 2, 0, 0)), {y < 0 ? 0.24 : 0.44, 0.05, 0.045}, 0.1, Material::planks);
-  for (const double y : {-0.25, 0.02}) stand(b, {0.50, y, 1.15}, {0.045, 0.045, rail - 1.15}, 0.1, Material::dark_wood);
-  for (const double y : {-0.25, 0.02}) b.tube({0.82, y, 0.0}, {0.52, y, 1.18}, 0.028, 0.028, 12, Material::planks);
+  for (const double y : {-0.335, 0.22}) b.box(make_pose({0.43, y, rail}, rotation_from_yaw_pitch_roll(std::numbers::pi / 2, 0, 0)), {y < 0 ? 0.21 : 0.44, 0.05, 0.045}, 0.1, Material::planks);
+  for (const double y : {-0.25, 0.02}) stand(b, {0.43, y, 1.15}, {0.045, 0.045, rail - 1.15}, 0.1, Material::dark_wood);
+  for (const double y : {-0.25, 0.02}) b.tube({0.66, y, 0.0}, {0.45, y, 1.18}, 0.028, 0.028, 12, Material::planks);
   for (int k = 1; k <= 4; ++k) {
     const double t = k / 5.0;
-    const Vector3d p(0.82 - 0.30 * t, -0.115, 1.18 * t);
+    const Vector3d p(0.66 - 0.21 * t, -0.115, 1.18 * t);
     b.tube(p - Vector3d(0, 0.15, 0), p + Vector3d(0, 0.15, 0), 0.022, 0.022, 10, Material::planks);
   }
   // Crown.

@@ -106,6 +106,12 @@ KnownVoxels DepthCount::known(const LookGrid& grid, int least) const {
   return known;
 }
 
+bool box_holds_sample(const SurfaceSamples& samples, const Pose& X_WB, const Eigen::Vector3d& size) {
+  const Pose X_BW = X_WB.inverse();
+  return std::any_of(samples.points.begin(), samples.points.end(),
+                     [&](const Eigen::Vector3d& p) { return ((X_BW * p).cwiseAbs().array() <= size.array() / 2).all(); });
+}
+
 std::vector<Pose> reachable_poses(const SurfaceSamples& samples, const ReachOptions& o, const Stands& stands) {
   Random random(o.seed);
   Eigen::Vector3d low = samples.points.at(0), high = low;
@@ -148,6 +154,7 @@ std::vector<bool> reachable_samples(const SurfaceSamples& samples, const StereoR
         const Eigen::Vector3d left = X_WC.translation(), right = X_WC * Eigen::Vector3d(rig.baseline, 0, 0);
         if (n.dot(left - p) < cosine * (left - p).norm() || n.dot(right - p) < cosine * (right - p).norm()) continue;
         const Eigen::Vector3d p_L = X_WC.inverse() * p;
+        if (p_L.z() < o.depth_min || p_L.z() > o.depth_max) continue;
         if (!in_image(p_L) || !in_image(p_L - Eigen::Vector3d(rig.baseline, 0, 0))) continue;
         if (blocked(above, left) || blocked(above, right)) continue;
         reached[i] = 1;

@@ -3,8 +3,9 @@
 // Samples lie area-uniform on the true surface (world frame, metres). A sample is
 //   covered    if the centre of a known voxel lies within one voxel size of it, known meaning here that at least 3 valid depth
 //              pixels of the looks so far fell into the voxel itself, whatever else made the model call it known;
-//   reachable  if both cameras of the robot see it, within both images, unoccluded, at <= 75 degrees from its normal, from at
-//              least one of the seeded poses whose head and floor box are free of collision;
+//   reachable  if both cameras of the robot see it, within both images, at a depth that the pair measures, unoccluded, at <= 75
+//              degrees from its normal, from at least one of the seeded poses whose head and floor box are free of collision, with
+//              the object too;
 //   visible    if it is unoccluded at <= 75 degrees from any place around it.
 #pragma once
 
@@ -57,6 +58,7 @@ struct ReachOptions {
   std::uint64_t seed = 1;
   double height_min = 1.0, height_max = 1.35;       // of the left eye [m]
   double distance_min = 0.6, distance_max = 2.5;    // to the nearest sample [m]
+  double depth_min = 0.6, depth_max = 2.5;          // of a sample along the optical axis: what the pair measures [m]
   double pitch_min = -25, pitch_max = 60;           // [degrees], positive down
   double incidence_max = 75;                        // [degrees]
 };
@@ -65,6 +67,9 @@ struct ReachOptions {
 using Blocked = std::function<bool(const Eigen::Vector3d& p, const Eigen::Vector3d& q)>;
 // True if a robot whose left eye is at X_WC has its head and floor box free of collision.
 using Stands = std::function<bool(const Pose& X_WC)>;
+
+// True if a sample lies in the box (full side lengths) at X_WB.
+bool box_holds_sample(const SurfaceSamples& samples, const Pose& X_WB, const Eigen::Vector3d& size);
 
 // Camera poses that look at the samples from where the robot may stand; at most options.poses (fewer only where none is free
 // in 200 times as many draws).

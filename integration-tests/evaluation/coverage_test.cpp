@@ -102,6 +102,26 @@ TEST(Coverage, ReachableIsWhatTheIncidenceAllowsFromTheHeightOfTheEyes) {
   EXPECT_LT(up_reached, 0.2 * up);
 }
 
+TEST(Coverage, ReachableLiesAtADepthThatThePairMeasures) {
+  SurfaceSamples s;  // before one camera that looks along +x from (0, 0, 1.2)
+  for (const double x : {0.55, 0.65, 2.45, 2.55}) s.points.emplace_back(x, 0, 1.2);
+  s.normals.assign(4, -Eigen::Vector3d::UnitX());
+  const StereoRig rig{Pinhole::from_vertical_fov(640, 480, 25 * std::numbers::pi / 180), 0.144};
+  const std::vector<bool> reached =
+      reachable_samples(s, rig, {look_along({0, 0.072, 1.2}, 0, 0)}, {}, [](const Eigen::Vector3d&, const Eigen::Vector3d&) { return false; });
+  EXPECT_EQ(reached, (std::vector<bool>{false, true, true, false}));
+}
+
+TEST(Coverage, NobodyStandsInTheObject) {
+  SurfaceSamples s;
+  s.points = {{1, 2, 0.5}};
+  s.normals = {Eigen::Vector3d::UnitZ()};
+  const auto at = [](double x, double y, double yaw) { return to_pose({x, y, yaw}) * Pose(Eigen::Translation3d(0, 0, 0.75)); };
+  EXPECT_TRUE(box_holds_sample(s, at(1.3, 2, 0), {0.8, 0.2, 1.5}));
+  EXPECT_FALSE(box_holds_sample(s, at(1.3, 2, std::numbers::pi / 2), {0.8, 0.2, 1.5}));
+  EXPECT_FALSE(box_holds_sample(s, at(1, 2, 0), {0.8, 0.8, 0.4}));
+}
+
 TEST(Coverage, NobodyReachesWhatNobodyMayStandAt) {
   const SurfaceSamples s = sphere(100);
   ReachOptions o;

@@ -60,7 +60,7 @@ void evaluate(const std::string& folder) {
                                X_WC.translation().y() - std::sin(yaw) * eye_in_base.x() - std::cos(yaw) * eye_in_base.y(), yaw});
     Pose X_WB = X_WF;
     X_WB.translation() += X_WF.linear() * (body.lower + body.upper) / 2;
-    if (obstacles.touch_box(X_WB, body_size)) return false;
+    if (obstacles.touch_box(X_WB, body_size) || box_holds_sample(samples, X_WB, body_size)) return false;
     return !obstacles.touch_ball(X_WC * Eigen::Vector3d(robot->stereo_rig().baseline / 2, 0, 0), head_radius);
   };
 

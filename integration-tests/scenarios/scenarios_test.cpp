@@ -161,6 +161,26 @@ TEST(ForbiddenPose, IsGivenUpForAnother) {
   EXPECT_TRUE(result.went("plan_steps", "next_view") || result.went("generate_posture", "next_view")) << result.output;
 }
 
+// A ship of 0.5 m, a statue of 2 m and a treehouse of 3 m (thesis 3.4.7, 5.3).
+struct Large {
+  std::string task;
+  std::size_t most_looks;
+};
+class LargeObject : public testing::TestWithParam<Large> {};
+
+TEST_P(LargeObject, IsCompleteByItsOwnCriterion) {
+  const RunResult result = SystemRun(RunRequest{.task = GetParam().task}).finish(std::chrono::minutes(9));
+  ASSERT_EQ(result.status, 0) << result.output;
+  ASSERT_TRUE(result.report.contains("coverage_reachable")) << result.output;
+  EXPECT_GE(result.report["coverage_reachable"].get<double>(), 0.90);
+  EXPECT_LE(result.report["looks"].size(), GetParam().most_looks);
+  // A yardstick that next to nothing can be reached with would make that easy.
+  EXPECT_GE(result.report["reachable_share"].get<double>(), 0.3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Acceptance, LargeObject, testing::Values(Large{"ship", 12}, Large{"statue", 15}, Large{"treehouse", 20}),
+                         [](const testing::TestParamInfo<Large>& tested) { return tested.param.task; });
+
 TEST(RunFixture, ARefusedTaskEndsTheCommand) {
   SystemRun run({.changes = {"voxel_m=-1"}});
   const RunResult result = run.finish(30s);

@@ -20,9 +20,8 @@ Eigen::Matrix3d view_rotation(double azimuth, double elevation) {
   return R;
 }
 
-ImageU8 render(const mesh::TriangleMesh& m, const Eigen::Matrix3d& R, int size, const mesh::Bounds& b) {
+ImageU8 render(const mesh::TriangleMesh& m, const Eigen::Matrix3d& R, int size, const mesh::Bounds& b, double scale) {
   const Eigen::Vector3d middle = (b.lower + b.upper) / 2;
-  const double scale = 0.92 * size / b.size().norm();
   ImageU8 image(size, size, 3, 250);
   std::vector<double> nearest(static_cast<std::size_t>(size) * size, -1e30);
   const Eigen::Vector3d light = Eigen::Vector3d(-0.3, 0.5, 0.8).normalized();
@@ -66,7 +65,9 @@ ImageU8 render(const mesh::TriangleMesh& m, const Eigen::Matrix3d& R, int size, 
 }  // namespace
 
 ImageU8 draw_model(const mesh::TriangleMesh& mesh, double azimuth, double elevation, int size_px, const mesh::Bounds& frame) {
-  return render(mesh, view_rotation(azimuth, elevation), size_px, frame);
+  const double across = frame.size().head<2>().norm();
+  const double high = frame.size().z() * std::cos(elevation) + across * std::sin(elevation);
+  return render(mesh, view_rotation(azimuth, elevation), size_px, frame, 0.94 * size_px / std::max(across, high));
 }
 
 std::vector<ModelView> model_views(const std::string& ply_path, int size_px) {
@@ -74,10 +75,11 @@ std::vector<ModelView> model_views(const std::string& ply_path, int size_px) {
   if (!std::filesystem::exists(ply_path)) return views;
   const mesh::TriangleMesh m = mesh::load(ply_path);
   const mesh::Bounds b = mesh::bounds(m);
+  const double scale = 0.92 * size_px / b.size().norm();
   constexpr double quarter = std::numbers::pi / 2, up = 20 * std::numbers::pi / 180;
   const char* names[] = {"front", "left", "back", "right"};
-  for (int i = 0; i < 4; ++i) views.push_back({names[i], render(m, view_rotation(-quarter + i * quarter, up), size_px, b)});
-  views.push_back({"above", render(m, view_rotation(-quarter, quarter), size_px, b)});
+  for (int i = 0; i < 4; ++i) views.push_back({names[i], render(m, view_rotation(-quarter + i * quarter, up), size_px, b, scale)});
+  views.push_back({"above", render(m, view_rotation(-quarter, quarter), size_px, b, scale)});
   return views;
 }
 

@@ -249,7 +249,7 @@ cv::Mat postures(const Run& run, const RecordedGrid& grid, const mesh::TriangleM
 
   scene::Scene stage = run.scene;
   stage.room = {{60, 60, 40}, "", ""};
-  stage.lights = {{{4 * std::cos(azimuth + 0.9), 4 * std::sin(azimuth + 0.9), 8}, 0.42}, {{6 * std::cos(azimuth - 0.6), 6 * std::sin(azimuth - 0.6), 4}, 0.28}};
+  stage.lights = {{{4 * std::cos(azimuth + 0.9), 4 * std::sin(azimuth + 0.9), 8}, 0.75}, {{6 * std::cos(azimuth - 0.6), 6 * std::sin(azimuth - 0.6), 4}, 0.45}};
   for (scene::Solid& solid : stage.solids) {
     solid.texture.clear();
     solid.rgb = solid.supports_object ? Vector3d(0.72, 0.58, 0.42) : Vector3d(0.62, 0.64, 0.68);
