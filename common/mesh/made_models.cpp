@@ -160,25 +160,26 @@ TriangleMesh make_statue() {
 
 TriangleMesh make_treehouse() {
   PartBuilder b(2.0);
+  constexpr double kTrunk = -0.16;  // where it stands along x: within the hut
   // Trunk with a flare and roots; it goes on through platform and hut.
   Points line;
   std::vector<double> radii;
   for (int i = 0; i <= 20; ++i) {
     const double t = i / 20.0, z = 2.65 * t;
-    line.emplace_back(0.05 * std::sin(2.2 * t) - 0.02, 0.03 * std::sin(4 * t), z);
+    line.emplace_back(kTrunk + 0.03 * std::sin(2.2 * t), 0.03 * std::sin(4 * t), z);
     radii.push_back(0.155 - 0.06 * t + 0.09 * std::exp(-z / 0.16));
   }
   b.tube(line, radii, 28, Material::bark);
   for (int k = 0; k < 4; ++k) {
     const double a = 0.5 + kFullTurn * k / 4;
     const Vector3d out(std::cos(a), std::sin(a), 0);
-    b.tube(0.10 * out + Vector3d(0, 0, 0.20), 0.36 * out + Vector3d(0, 0, 0.035), 0.075, 0.033, 12, Material::bark);
+    b.tube(Vector3d(kTrunk, 0, 0.20) + 0.10 * out, Vector3d(kTrunk, 0, 0.035) + 0.36 * out, 0.075, 0.033, 12, Material::bark);
   }
   // Platform with beams and struts.
   stand(b, {-0.03, 0, 1.10}, {0.98, 0.90, 0.06}, 0.1, Material::planks);
   for (const double y : {-0.3, 0.3}) stand(b, {-0.03, y, 1.03}, {0.94, 0.07, 0.08}, 0.1, Material::dark_wood);
   for (const double x : {-1.0, 1.0})
-    for (const double y : {-1.0, 1.0}) b.tube({0.08 * x, 0.07 * y, 0.58}, {0.36 * x, 0.3 * y, 1.06}, 0.035, 0.035, 12, Material::dark_wood);
+    for (const double y : {-1.0, 1.0}) b.tube({kTrunk + 0.08 * x, 0.07 * y, 0.58}, {-0.03 + 0.36 * x, 0.3 * y, 1.06}, 0.035, 0.035, 12, Material::dark_wood);
   // Hut: its core, and walls around that leave door and window open 7 cm deep.
   constexpr double kFloor = 1.15, kWall = 0.62, x0 = -0.5, x1 = 0.14;  // the hut stands at the back; the veranda in front (+x)
   const double cx = (x0 + x1) / 2, sx = x1 - x0;

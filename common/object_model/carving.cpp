@@ -87,6 +87,11 @@ void close_gaps(ImageF& limit, int gap_px) {
     }
 }
 
+// The floor is seen from further away than a table's top, so what counts as lying on it grows with the depth's uncertainty.
+bool belongs_to_surroundings(const scene::CollisionWorld& known, const Eigen::Vector3d& p_W, double tolerance, double sigma) {
+  return p_W.z() <= std::max(tolerance, 2 * sigma) || known.contains(p_W, tolerance);
+}
+
 }  // namespace
 
 void CarvingSettings::check() const {
@@ -111,6 +116,7 @@ PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometr
   PixelLimits out{ImageF(width, height), Image<PixelKind>(width, height, 1, PixelKind::none)};
   const double h = geometry.voxel_size;
   const float extra = static_cast<float>(settings.solid_extra_voxels * h);
+  const bool has_sigma = map.depth_sigma.width == width && map.depth_sigma.height == height;
   const Pose X_GC = geometry.X_WG.inverse() * map.X_WC;
   // Only points near the box decide about voxels; further ones are free space whatever they belong to.
   const Eigen::Vector3d lower = Eigen::Vector3d::Constant(-4 * h);
@@ -125,7 +131,7 @@ PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometr
         const Eigen::Vector3d p_C = map.camera.back_project(x, y, z);
         const Eigen::Vector3d p_G = X_GC * p_C;
         if ((p_G.array() >= lower.array()).all() && (p_G.array() <= upper.array()).all() &&
-            known->contains_or_floor(map.X_WC * p_C, settings.solid_tolerance_m)) {
+            belongs_to_surroundings(*known, map.X_WC * p_C, settings.solid_tolerance_m, has_sigma ? map.depth_sigma.at(x, y) : 0)) {
           kind = PixelKind::known_solid;
           // Where the footprint holds something much nearer, that is not the solid and must not be carved into.
           if (z - limit <= extra) limit += extra;

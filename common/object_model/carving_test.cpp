@@ -175,6 +175,25 @@ TEST(PixelLimits, KnownSolidsCarveFurtherButNotAcrossADepthEdge) {
   EXPECT_NEAR(limits.limit.at(20, 20), 0.95, 1e-6);
 }
 
+TEST(PixelLimits, TheFloorIsKnownToWithinTheDepthsUncertainty) {
+  const scene::CollisionWorld world{scene::Scene{}};
+  const voxel::GridGeometry g = voxel::GridGeometry::from_box(make_pose({0, 0, 0.2}, Eigen::Matrix3d::Identity()), {0.4, 0.4, 0.4}, 0.02);
+  DepthMap map;
+  map.camera = Pinhole::from_vertical_fov(60, 60, 0.1);
+  map.X_WC = look_at({0.001, 0, 2.0}, {0, 0, 0});  // straight down, 2 m above
+  map.depth = ImageF(60, 60, 1, 2.0f);
+  map.depth.at(10, 10) = 1.99f;   // 1 cm over the floor: within 2 sigma
+  map.depth.at(20, 20) = 1.97f;   // 3 cm: something lies there
+  map.depth_minimum = map.depth;
+  map.depth_sigma = ImageF(60, 60, 1, 0.008f);
+  PixelLimits limits = pixel_limits(map, g, kSettings, false, &world);
+  EXPECT_EQ(limits.kind.at(30, 30), PixelKind::known_solid);
+  EXPECT_EQ(limits.kind.at(10, 10), PixelKind::known_solid);
+  EXPECT_EQ(limits.kind.at(20, 20), PixelKind::surface);
+  map.depth_sigma = ImageF(60, 60, 1, 0.001f);
+  EXPECT_EQ(pixel_limits(map, g, kSettings, false, &world).kind.at(10, 10), PixelKind::surface);
+}
+
 TEST(PixelLimits, RefusesImagesThatDoNotFit) {
   Perception p = ideal_view({}, 0, 4);
   p.depth[0].depth_minimum = ImageF(3, 3);

@@ -95,11 +95,13 @@ int print_digest(const std::string& object_id) {
   return 0;
 }
 
-int make_report(const std::string& run) {
+int make_report(const std::string& run, const std::vector<std::string>& options) {
   const fs::path folder = find_run(run);
   const fs::path program = find_program("report", service::executable_folder());
   require(!program.empty(), ErrorCode::io, "periplus-report is not installed beside this program; install the package periplus-client or build it");
-  Process process({.program = program, .arguments = {folder.string()}, .environment = {}, .output = {}});
+  std::vector<std::string> arguments{folder.string()};
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  Process process({.program = program, .arguments = arguments, .environment = {}, .output = {}});
   std::optional<int> status;
   while (!(status = process.wait(1s))) {
   }

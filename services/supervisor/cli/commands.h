@@ -14,7 +14,8 @@ int watch();
 int abort_run(const std::string& run_id);
 int export_model(const std::string& object_id, const std::string& format, const std::string& output);
 int print_digest(const std::string& object_id);
-int make_report(const std::string& run);
+// `options` as periplus-report takes them.
+int make_report(const std::string& run, const std::vector<std::string>& options = {});
 int doctor(bool clean);
 
 // Exit status of an error: 2 what the caller can mend, 5 a service lost, 130 cancelled, 1 otherwise.

@@ -67,10 +67,19 @@ int main(int argc, char** argv) {
   verb->add_option("object", object, "object's id; default: the only one");
   verb->callback([&] { status = cli::print_digest(object); });
 
-  std::string run_folder;
+  std::string run_folder, pictures, figures, azimuth;
   verb = app.add_subcommand("report", "write report.html of a run");
   verb->add_option("run", run_folder, "the run's folder, or its name below runs/")->required();
-  verb->callback([&] { status = cli::make_report(run_folder); });
+  verb->add_option("--pictures", pictures, "folder for pictures of a look and of the model");
+  verb->add_option("--figures", figures, "folder for figures: the robot in all its postures, what is still unknown, the model after each look");
+  verb->add_option("--azimuth", azimuth, "where the figures are taken from, degrees from +x to +y; default: where most robots are seen");
+  verb->callback([&] {
+    std::vector<std::string> options;
+    if (!pictures.empty()) options.insert(options.end(), {"--pictures", pictures});
+    if (!figures.empty()) options.insert(options.end(), {"--figures", figures});
+    if (!azimuth.empty()) options.insert(options.end(), {"--azimuth", azimuth});
+    status = cli::make_report(run_folder, options);
+  });
 
   bool clean = false;
   verb = app.add_subcommand("doctor", "check libraries, shared memory, socket buffers, clocks, and who is on the domain");

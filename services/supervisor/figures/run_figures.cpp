@@ -27,6 +27,7 @@ namespace {
 
 constexpr double kDegrees = std::numbers::pi / 180;
 const Vector3d kGreen(0.15, 0.85, 0.25);
+constexpr int kReach = 2;  // voxels
 constexpr std::uint8_t kEmpty = 0, kUnknown = 1, kKnown = 2;
 
 json read_json_file(const std::string& path) {
@@ -450,12 +451,28 @@ mesh::TriangleMesh robot_mesh(const std::shared_ptr<const robot::RobotModel>& ro
   return mesh;
 }
 
+RecordedGrid only_near_known(const RecordedGrid& grid, int reach) {
+  RecordedGrid near = grid;
+  std::size_t i = 0;
+  for (int x = 0; x < grid.size.x(); ++x)
+    for (int y = 0; y < grid.size.y(); ++y)
+      for (int z = 0; z < grid.size.z(); ++z, ++i) {
+        if (grid.states[i] != kUnknown) continue;
+        bool found = false;
+        for (int dx = -reach; dx <= reach && !found; ++dx)
+          for (int dy = -reach; dy <= reach && !found; ++dy)
+            for (int dz = -reach; dz <= reach && !found; ++dz) found = grid.at({x + dx, y + dy, z + dz}) == kKnown;
+        if (!found) near.states[i] = kEmpty;
+      }
+  return near;
+}
+
 std::vector<std::string> write_figures(const std::string& folder_of_run, const std::string& folder, const FigureOptions& options) {
   require(options.width >= 100 && options.height >= 100 && options.width <= 4096 && options.height <= 4096, ErrorCode::bad_input,
           "a figure may have 100 to 4096 pixels a side");
   const Run run = read_run(folder_of_run);
   const RecordedGrid grid = read_recorded_grid(run.look_folder(run.looks.size() - 1));
-  const mesh::TriangleMesh shown = joined(run.model, exposed_faces(grid, kUnknown, kGreen));
+  const mesh::TriangleMesh shown = joined(run.model, exposed_faces(only_near_known(grid, kReach), kUnknown, kGreen));
   const mesh::Bounds bounds = mesh::bounds(run.model);
   const double azimuth = options.azimuth_deg ? *options.azimuth_deg * kDegrees : best_azimuth(run, grid, options.elevation_deg * kDegrees);
   std::filesystem::create_directories(folder);

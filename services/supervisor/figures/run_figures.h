@@ -1,6 +1,7 @@
 // Figures of a run, from its folder alone, as thesis Fig. 3.9, 3.10 and 5.9 show them:
 //   <task>-postures.png   the room with the robot in each posture that it looked from, numbered, around the model that it made
-//   <task>-unknown.png    the model from four sides and from above; green is what is still unknown
+//   <task>-unknown.png    the model from four sides and from above; green is what is still unknown on it: within two voxels of known
+//                         ones (what lies elsewhere in the box, above all that can be seen, would hide it)
 //   <task>-looks.png      the voxels known after each look
 #pragma once
 
@@ -40,6 +41,9 @@ RecordedGrid read_recorded_grid(const std::string& look_folder);
 
 // The faces of the voxels of one state that border on empty space or on the outside of the grid, in the world, in one colour (0..1).
 mesh::TriangleMesh exposed_faces(const RecordedGrid& grid, std::uint8_t state, const Eigen::Vector3d& colour);
+
+// The grid with those unknown voxels emptied that have no known one within `reach` voxels.
+RecordedGrid only_near_known(const RecordedGrid& grid, int reach);
 
 // The robot's capsules at a configuration.
 mesh::TriangleMesh robot_mesh(const std::shared_ptr<const robot::RobotModel>& robot, const Eigen::VectorXd& configuration);

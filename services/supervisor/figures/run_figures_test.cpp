@@ -46,6 +46,7 @@ TEST(RunFigures, FacesOfAStateBorderOnEmptySpace) {
   EXPECT_EQ(unknown.triangles.size(), 2u * (100 + 4 * 20));
   EXPECT_NEAR(mesh::surface_area(unknown), 0.5 * 0.5 + 4 * 0.5 * 0.1, 1e-9);
   EXPECT_NEAR(mesh::bounds(unknown).lower.z(), 0.5, 1e-9);
+  EXPECT_EQ(exposed_faces(only_near_known(grid, 1), 1, {0, 1, 0}).triangles.size(), 2u * (100 + 4 * 10));
   // All faces turn outwards: with its floor the block would be closed.
   EXPECT_GT(mesh::signed_volume(unknown), 0);
 }
