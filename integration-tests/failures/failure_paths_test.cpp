@@ -250,8 +250,16 @@ TEST_F(FailurePath, ASupervisorThatIsStoppedSaysThatTheRunWasAborted) {
 
 TEST_F(FailurePath, ConvergedPromisesComplete) {
   run.services.promise(5000);
-  const RunEnd end = run.run();
+  const RunEnd end = run.run("stop: {discount_looks: 0}\n");
   expect_end(end, 0, "as the last two did");
+  EXPECT_EQ(end.trace(), kFirstLook + kGo + kLook + kGo + kLook + " complete");
+}
+
+// The scripted model server finds nothing of what the planner promises.
+TEST_F(FailurePath, PromisesThatTheLastLooksDidNotFindComplete) {
+  run.services.promise(5000);
+  const RunEnd end = run.run();
+  expect_end(end, 0, "(0 by what the last looks found of their promises)");
   EXPECT_EQ(end.trace(), kFirstLook + kGo + kLook + kGo + kLook + " complete");
 }
 
