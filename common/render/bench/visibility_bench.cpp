@@ -8,7 +8,7 @@
 #include <ctime>
 #include <map>
 #include <memory>
-#include <tuple>
+#include <utility>
 
 #include "common/render/testing/gl_visibility.h"
 #include "common/voxel/testing/carved_object.h"
@@ -49,10 +49,13 @@ octomap::OcTree octree_of(const OccupancyGrid& grid) {
   for (int x = 0; x < n.x(); ++x)
     for (int y = 0; y < n.y(); ++y)
       for (int z = 0; z < n.z(); ++z) {
+        const VoxelState voxel = grid.state({x, y, z});
+        if (voxel == VoxelState::unknown) continue;  // as OctoMap has it: no node
         const Eigen::Vector3d p = grid.geometry().center_world({x, y, z});
-        tree.updateNode(octomap::point3d(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())), grid.state({x, y, z}) != VoxelState::empty, true);
+        tree.setNodeValue(octomap::point3d(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())), voxel == VoxelState::empty ? -2.0f : 2.0f, true);
       }
   tree.updateInnerOccupancy();
+  tree.prune();
   return tree;
 }
 
@@ -69,7 +72,7 @@ std::size_t cast_all(const octomap::OcTree& tree, const GridGeometry& g, const P
       const double enter = std::max(0.0, a.min(b).maxCoeff()), leave = a.max(b).minCoeff();
       if (enter >= leave) continue;
       octomap::point3d end;
-      hits += tree.castRay(point(g.X_WG * (o + (enter + 1e-6) * d)), point(g.X_WG.linear() * d), end, true, leave - enter);
+      hits += tree.castRay(point(g.X_WG * (o + (enter + 1e-6) * d)), point(g.X_WG.linear() * d), end, false, leave - enter);  // stops at unknown too
     }
   return hits;
 }
