@@ -142,6 +142,16 @@ Occluder Occluder::sphere(const Eigen::Vector3d& p_WS, double diameter) {
   return o;
 }
 
+std::vector<Occluder> Occluder::mesh(const std::vector<Eigen::Vector3d>& vertices_W, const std::vector<Eigen::Vector3i>& triangles) {
+  std::vector<Occluder> out;
+  out.reserve(triangles.size());
+  for (const Eigen::Vector3i& t : triangles) {
+    require((t.array() >= 0).all() && (t.array() < static_cast<int>(vertices_W.size())).all(), ErrorCode::bad_input, "a triangle names a vertex that the mesh does not have");
+    out.push_back({{vertices_W[static_cast<std::size_t>(t[0])], vertices_W[static_cast<std::size_t>(t[1])], vertices_W[static_cast<std::size_t>(t[2])]}});
+  }
+  return out;
+}
+
 VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Occluder>& occluders,
                                  const std::vector<Eigen::Vector3i>& watched)
     : geometry_(grid.geometry()), bricks_(geometry_.bricks()) {

@@ -23,7 +23,7 @@
 
 namespace periplus::voxel {
 
-// A convex solid of the known environment, as points whose convex hull it is.
+// A convex solid of the known environment, as points whose convex hull it is (of three points: a triangle).
 struct Occluder {
   std::vector<Eigen::Vector3d> points_W;
 
@@ -33,6 +33,10 @@ struct Occluder {
   static Occluder cylinder(const Pose& X_WS, double diameter, double height);
   // Sphere: a polyhedron of 16 x 32 faces that deviates by less than 0.5 % of the radius.
   static Occluder sphere(const Eigen::Vector3d& p_WS, double diameter);
+  // A mesh, triangle by triangle; `triangles` index the vertices. Of hundreds of triangles each costs about a microsecond per
+  // evaluation. Outside of the grid only; what lies inside it is to be marked as environment (voxelize.h).
+  // Throws Error(bad_input) for an index out of range.
+  static std::vector<Occluder> mesh(const std::vector<Eigen::Vector3d>& vertices_W, const std::vector<Eigen::Vector3i>& triangles);
 };
 
 // A list that a rendering fills in place: its room stays from call to call and is never cleared.

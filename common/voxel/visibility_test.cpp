@@ -188,6 +188,39 @@ TEST(Visibility, SphereHidesAsASphere) {
   EXPECT_LE(difference(ray_cast(grid, X_WC, kCamera, hidden_by({ball})), r), r.occluder_pixels / 100 + 5);
 }
 
+// A mesh hides what rays through its triangles say (Moeller and Trumbore, 1997), whether it is closed or not.
+TEST(Visibility, MeshesOutsideTheGridHideIt) {
+  Random random(14);
+  std::uint64_t wrong = 0, all = 0, occluded = 0;
+  for (int i = 0; i < 12; ++i) {
+    const OccupancyGrid grid = random_grid(random, {20, 24, 17}, 0.5);
+    const Pose X_WC = random_view(random, grid.geometry(), 0.9, 1.2);
+    std::vector<Eigen::Vector3d> vertices;
+    std::vector<Eigen::Vector3i> triangles;
+    for (int k = 0; k < 12; ++k) {  // between the camera and the grid, and into it
+      const Eigen::Vector3d middle = X_WC.translation() + random.uniform(0.2, 1.0) * (center(grid.geometry()) - X_WC.translation());
+      for (int c = 0; c < 3; ++c) vertices.push_back(middle + 0.15 * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)));
+      triangles.emplace_back(3 * k, 3 * k + 1, 3 * k + 2);
+    }
+    const auto hidden = [&](const Eigen::Vector3d& p, const Eigen::Vector3d& d, double box_entry) {
+      for (const Eigen::Vector3i& t : triangles) {
+        const Eigen::Vector3d a = vertices[t[0]], e = vertices[t[1]] - a, f = vertices[t[2]] - a, h = d.cross(f), s = p - a, q = s.cross(e);
+        const double det = e.dot(h), u = s.dot(h) / det, v = d.dot(q) / det, at = f.dot(q) / det;
+        if (u >= 0 && v >= 0 && u + v <= 1 && at > 0 && at < box_entry) return true;
+      }
+      return false;
+    };
+    const VisibilityResult r = VisibilityScene(grid, Occluder::mesh(vertices, triangles)).evaluate(X_WC, kCamera);
+    wrong += difference(ray_cast(grid, X_WC, kCamera, hidden), r);
+    all += r.unknown_pixels + r.known_pixels + r.environment_pixels;
+    occluded += r.occluder_pixels;
+  }
+  EXPECT_GT(all, 20000u);
+  EXPECT_GT(occluded, 20000u);
+  EXPECT_LE(wrong, all / 5000);
+  EXPECT_THROW(Occluder::mesh({{0, 0, 0}}, {{0, 0, 1}}), Error);
+}
+
 TEST(Visibility, WatchedVoxelsAreListed) {
   Random random(5);
   const OccupancyGrid grid = random_grid(random, {16, 16, 16}, 1.0);
