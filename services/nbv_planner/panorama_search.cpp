@@ -83,7 +83,12 @@ class PanoramaSearch {
     frame_.end_stage("both eyes", 0.6);
     if (!frame_.faces.empty()) {
       looks = polish(spread(looks, settings_.starts, 0.15), settings_.position_evaluations, 0.1, 0.06);
-      looks = polish(spread(looks, settings_.finalists, 0.05), settings_.final_evaluations, 0.05, 0.08);
+      // Fewer each time, with a smaller step.
+      int finalists = settings_.finalists;
+      double step = 0.05;
+      for (int round = 0; round < settings_.final_rounds; ++round, finalists = std::max(1, finalists / 2), step *= 0.6) {
+        looks = polish(spread(looks, finalists, step), settings_.final_evaluations, step, 0.08);
+      }
     }
     frame_.end_stage("positions", 0.8);
     exact(looks);
@@ -451,8 +456,7 @@ PanoramaSettings PanoramaSettings::fast() {
   s.starts = 10;
   s.position_evaluations = 6;
   s.finalists = 4;
-  s.exact = 2;
-  s.exact_evaluations = 60;
+  s.final_rounds = 1;
   return s;
 }
 
@@ -462,8 +466,8 @@ void check(const PanoramaSettings& s) {
   require(s.positions >= 1 && s.rounds >= 0 && s.kept >= 1 && s.each >= 1 && s.radius > 0 && s.wide >= 1 && s.starts >= 1 && s.finalists >= 1,
           ErrorCode::bad_input, "a search from panoramas takes positions, kept, each, wide, starts, finalists of at least 1, rounds of at "
                                 "least 0 and a radius above 0");
-  require(s.position_evaluations >= 0 && s.final_evaluations >= 0 && s.exact >= 0 && s.exact_evaluations >= 0, ErrorCode::bad_input,
-          "numbers of evaluations must be at least 0");
+  require(s.position_evaluations >= 0 && s.final_evaluations >= 0 && s.final_rounds >= 0 && s.exact >= 0 && s.exact_evaluations >= 0, ErrorCode::bad_input,
+          "numbers of evaluations and final rounds must be at least 0");
 }
 
 PlannedView panorama_search(const Evaluator& evaluator, std::uint64_t seed, const SearchSettings& search, const PanoramaSettings& settings,

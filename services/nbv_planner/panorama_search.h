@@ -33,8 +33,9 @@ struct PanoramaSettings {
   int position_evaluations = 7;
   int finalists = 8;           // searched again
   int final_evaluations = 12;
-  int exact = 3;               // of the searches in all degrees of freedom
-  int exact_evaluations = 80; // of each
+  int final_rounds = 3;        // of that, each from half as many with a smaller step
+  int exact = 2;               // of the searches in all degrees of freedom
+  int exact_evaluations = 60; // of each
   // With more voxels that have a free face than this, starts, finalists and exact are taken down in proportion, to 0.3 at
   // least; 0: never.
   int full_effort_voxels = 45000;

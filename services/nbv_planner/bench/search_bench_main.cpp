@@ -186,7 +186,7 @@ void override_settings(const std::string& what, PanoramaSettings& s) {
     const std::pair<const char*, int*> numbers[] = {
         {"positions", &s.positions}, {"rounds", &s.rounds}, {"kept", &s.kept}, {"each", &s.each}, {"wide", &s.wide}, {"starts", &s.starts},
         {"position_evaluations", &s.position_evaluations}, {"finalists", &s.finalists}, {"final_evaluations", &s.final_evaluations},
-        {"effort", &s.full_effort_voxels}, {"exact", &s.exact}, {"exact_evaluations", &s.exact_evaluations}};
+        {"effort", &s.full_effort_voxels}, {"final_rounds", &s.final_rounds}, {"exact", &s.exact}, {"exact_evaluations", &s.exact_evaluations}};
     bool known = key == "radius";
     if (known) s.radius = v;
     for (const auto& [name, number] : numbers) {
