@@ -50,6 +50,7 @@ BenchmarkOptions options_of(const Arguments& a) {
   BenchmarkOptions o = read_options(root);
   const std::string planner_config = a.planner_config.empty() ? service::default_configuration("nbv_planner").string() : a.planner_config;
   config::Node planner_root = config::load_file(planner_config);
+  config::overlay(planner_root, root.child("planner"));
   for (const std::string& change : a.planner_set) {
     const std::size_t equal = change.find('=');
     require(equal != std::string::npos && equal > 0, ErrorCode::bad_input, "--planner-set wants dotted.key=value, not " + change);

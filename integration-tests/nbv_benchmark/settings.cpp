@@ -45,6 +45,7 @@ BenchmarkOptions read_options(const config::Node& root) {
   object.read("box_margin", o.subject.margin, {1, 4});
   object.read("voxels", o.subject.voxels, {8, 250});
   object.read("samples", o.subject.samples, {1, 10'000'000});
+  root.child("planner").keys();  // for whoever lays it over the planner's own parameters
   const config::Node resolution = root.child("resolution");
   read_resolution(resolution.child("single"), o.single);
   read_resolution(resolution.child("pair"), o.pair);
