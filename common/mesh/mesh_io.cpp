@@ -10,9 +10,11 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <string_view>
 #include <tuple>
 
 #include "common/core/error.h"
+#include "common/core/file.h"
 #include "common/geometry/ply.h"
 #include "common/mesh/triangle_mesh.h"
 
@@ -28,6 +30,24 @@ void append(std::string& bytes, T value) {
   bytes.append(raw, sizeof(T));
 }
 
+// Assimp up to 5.4 drops the first byte of a binary PLY's data if it is a line's end, and reads nonsense from there on (assimp issue
+// 5341). The bytes of such a file with the lowest bit of its first number turned, 1e-7 of its value; otherwise nothing.
+std::string without_leading_newline(const std::string& path) {
+  constexpr std::size_t kLongestHeader = 1 << 16;
+  constexpr std::string_view kEnd = "end_header\n";
+  std::ifstream file(path, std::ios::binary);
+  std::string head(kLongestHeader, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  const std::size_t end = head.find(kEnd);
+  if (!head.starts_with("ply") || end == std::string::npos || head.find("binary_little_endian") > end) return {};
+  const std::size_t first = end + kEnd.size();
+  if (first >= head.size() || head[first] != '\n') return {};
+  std::string bytes = read_file(path);
+  bytes[first] ^= 1;
+  return bytes;
+}
+
 }  // namespace
 
 TriangleMesh load(const std::string& path, const LoadLimits& limits) {
@@ -37,7 +57,9 @@ TriangleMesh load(const std::string& path, const LoadLimits& limits) {
   require(bytes <= limits.most_bytes, ErrorCode::bad_size,
           path + ": the mesh file is larger than " + std::to_string(limits.most_bytes >> 20) + " MiB");
   Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_PreTransformVertices);
+  constexpr unsigned kSteps = aiProcess_Triangulate | aiProcess_PreTransformVertices;
+  const std::string mended = without_leading_newline(path);
+  const aiScene* scene = mended.empty() ? importer.ReadFile(path, kSteps) : importer.ReadFileFromMemory(mended.data(), mended.size(), kSteps, "ply");
   require(scene != nullptr, ErrorCode::bad_input, path + ": not a mesh that can be read: " + importer.GetErrorString());
 
   TriangleMesh mesh;

@@ -85,5 +85,22 @@ TEST(Msh, HeaderAndCorners) {
   EXPECT_FLOAT_EQ(first[0], static_cast<float>(p.x()));
 }
 
+// Whatever byte the data begin with: a reader may take it for the end of the header's last line.
+TEST(MeshIo, ReadsBinaryPlyThatBeginsWithAnyByte) {
+  const std::string path = testing::TempDir() + "/mesh_io_first_byte.ply";
+  for (int byte = 0; byte < 256; ++byte) {
+    TriangleMesh m = make_box({1, 1, 1}, 1);
+    m.corner_uv.clear();
+    float x = -0.5f;
+    std::memcpy(&x, &byte, 1);
+    m.vertices[0].x() = x;
+    write_ply(m, path);
+    const TriangleMesh read = load(path);
+    ASSERT_EQ(read.triangles.size(), m.triangles.size()) << byte;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(bounds(read).lower[c], bounds(m).lower[c], 1e-6) << byte;
+    EXPECT_NEAR(surface_area(read), 6, 1e-4) << byte;
+  }
+}
+
 }  // namespace
 }  // namespace periplus::mesh
