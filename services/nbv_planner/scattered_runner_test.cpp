@@ -97,16 +97,23 @@ TEST(ScatteredRunner, SameBytesWhateverBecomesOfTheOthers) {
   };
   for (const Case& c : cases) {
     for (const int threads : {1, 2}) {
-      std::atomic<int> asked{0};
-      std::vector<std::unique_ptr<OtherInstance>> others;
-      for (const auto& fate : c.fates) others.push_back(std::make_unique<Other>(search, fate, &asked));
-      ScatteredRunner runner(threads, std::move(others));
-      const PlannedView v = plan_view(evaluator, 6, small_search(), runner);
-      EXPECT_TRUE(same_view(expected, v)) << c.name << ", threads: " << threads;
-      EXPECT_EQ(asked > 0, !c.fates.empty()) << c.name;
-      EXPECT_TRUE(runner.tasks_elsewhere() > 0 || !c.helps) << c.name;
-      EXPECT_LE(runner.tasks_elsewhere(), runner.tasks());
-      EXPECT_GT(runner.tasks(), 55) << c.name;
+      // On a busy machine all may be done here before another's thread has begun: the bytes are the same each time, help must
+      // come some time.
+      bool was_asked = false, helped = false;
+      for (int attempt = 0; attempt < 10 && !(was_asked == !c.fates.empty() && (helped || !c.helps)); ++attempt) {
+        std::atomic<int> asked{0};
+        std::vector<std::unique_ptr<OtherInstance>> others;
+        for (const auto& fate : c.fates) others.push_back(std::make_unique<Other>(search, fate, &asked));
+        ScatteredRunner runner(threads, std::move(others));
+        const PlannedView v = plan_view(evaluator, 6, small_search(), runner);
+        EXPECT_TRUE(same_view(expected, v)) << c.name << ", threads: " << threads;
+        EXPECT_LE(runner.tasks_elsewhere(), runner.tasks());
+        EXPECT_GT(runner.tasks(), 55) << c.name;
+        was_asked = asked > 0;
+        helped = runner.tasks_elsewhere() > 0;
+      }
+      EXPECT_EQ(was_asked, !c.fates.empty()) << c.name;
+      EXPECT_TRUE(helped || !c.helps) << c.name;
     }
   }
 }
