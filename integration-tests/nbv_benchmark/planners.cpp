@@ -25,26 +25,32 @@ class Ours : public Planner {
  public:
   explicit Ours(const nbv::LookaheadSettings& lookahead) : lookahead_(lookahead) {}
   Choice choose(const PlanningInput& in) override {
-    std::vector<std::pair<double, int>> order;
-    for (const int i : in.eligible) order.emplace_back(-in.evaluator.evaluate(in.arena.candidates[static_cast<std::size_t>(i)], workspace_).value, i);
-    std::sort(order.begin(), order.end());
+    std::vector<Pose> poses;
+    for (const int i : in.eligible) poses.push_back(in.arena.candidates[static_cast<std::size_t>(i)]);
+    const nbv::ListedView view = nbv::choose_view(in.evaluator, poses, workspace_);
+    const auto at = [&](std::size_t i) { return Choice{in.eligible[i], poses[i], 0}; };
+    Choice choice = at(static_cast<std::size_t>(view.index));
+    choice.predicted = view.evaluation.value;
     nbv::LookaheadSettings ahead = lookahead_;
     ahead.depth = std::min(ahead.depth, in.views_left);
-    std::size_t first = 0;
-    if (ahead.depth > 1) {
-      order.resize(std::min(order.size(), static_cast<std::size_t>(ahead.candidates)));
-      std::vector<nbv::ViewPromise> promises;
-      for (const auto& [negative, i] : order) {
-        in.evaluator.evaluate(in.arena.candidates[static_cast<std::size_t>(i)], workspace_);
-        nbv::ViewPromise promise{-negative, {}};
-        for (const voxel::VoxelPixels& v : workspace_.visibility.both)
-          if (static_cast<int>(v.pixels) > in.evaluator.settings().pair.more_than_pixels) promise.voxels.push_back(v.voxel);
-        promises.push_back(std::move(promise));
-      }
-      first = static_cast<std::size_t>(nbv::look_ahead(promises, in.evaluator.weights(), ahead).first);
+    if (ahead.depth == 1) return choice;
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t i = 0; i < poses.size(); ++i) order.emplace_back(-in.evaluator.evaluate(poses[i], workspace_).value, i);
+    std::sort(order.begin(), order.end());
+    if (order[0].second != static_cast<std::size_t>(view.index)) return choice;  // chosen by all that is unknown
+    order.resize(std::min(order.size(), static_cast<std::size_t>(ahead.candidates)));
+    std::vector<nbv::ViewPromise> promises;
+    for (const auto& [negative, i] : order) {
+      in.evaluator.evaluate(poses[i], workspace_);
+      nbv::ViewPromise promise{-negative, {}};
+      for (const voxel::VoxelPixels& v : workspace_.visibility.both)
+        if (static_cast<int>(v.pixels) > in.evaluator.settings().pair.more_than_pixels) promise.voxels.push_back(v.voxel);
+      promises.push_back(std::move(promise));
     }
-    const int i = order[first].second;
-    return {i, in.arena.candidates[static_cast<std::size_t>(i)], -order[first].first};
+    const auto& [negative, i] = order[static_cast<std::size_t>(nbv::look_ahead(promises, in.evaluator.weights(), ahead).first)];
+    choice = at(i);
+    choice.predicted = -negative;
+    return choice;
   }
 
  private:

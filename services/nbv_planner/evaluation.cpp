@@ -31,23 +31,27 @@ int threshold(const Situation& s, const EvaluationSettings& settings) {
 
 }  // namespace
 
-voxel::VisibilityScene Evaluator::make_visibility(const Situation& s, const voxel::OccupancyGrid& grid) {
+voxel::VisibilityScene Evaluator::make_visibility(const Situation& s, const voxel::OccupancyGrid& grid,
+                                                  const std::vector<SurfaceVoxel>& surface) {
   std::vector<Eigen::Vector3i> watched;
   for (const auto& l : s.landmarks) {
     if (l.p_W.allFinite()) watched.push_back(s.grid->geometry().voxel_of(l.p_W));
   }
+  for (const SurfaceVoxel& v : surface) watched.push_back(s.grid->geometry().voxel_of(v.p_W));
   return voxel::VisibilityScene(grid, object_model::occluders_of(s.scene), watched);
 }
 
 Evaluator::Evaluator(const Situation& situation, const EvaluationSettings& settings, const ConstraintSettings& constraints)
-    : situation_(situation), settings_(settings), whole_((check(situation), make_visibility(situation, *situation.grid))),
+    : situation_(situation), settings_(settings), surface_((check(situation), settings.quality_weight > 0 && !situation.views.empty() ? known_surface(*situation.grid)
+                                                                                    : std::vector<SurfaceVoxel>())),
+      whole_(make_visibility(situation, *situation.grid, surface_)),
       constraints_(situation, whole_, constraints) {
   const voxel::GridGeometry& g = situation.grid->geometry();
   settings_.pair.more_than_pixels = threshold(situation, settings);
   if (settings.likely_within > 0) {
     likely_situation_ = situation;
     likely_situation_.grid = std::make_shared<voxel::OccupancyGrid>(likely_surface(*situation.grid, settings.likely_within));
-    likely_ = make_visibility(situation, *likely_situation_.grid);
+    likely_ = make_visibility(situation, *likely_situation_.grid, surface_);
   }
   mark_of_voxel_.assign(static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z(), -1);
   // One landmark a voxel, the largest: several features on one spot are one thing to see.
@@ -70,6 +74,11 @@ Evaluator::Evaluator(const Situation& situation, const EvaluationSettings& setti
     marks_[at].least_pixels = std::min(disc, face) * scale * scale;
     const double norm = l.normal_W.norm();
     marks_[at].normal = norm > 0.5 ? Eigen::Vector3d(l.normal_W / norm) : Eigen::Vector3d::Zero();
+  }
+  if (!surface_.empty()) {
+    quality_ = quality_so_far(surface_, situation, whole_, settings_.pair, settings.quality_reference);
+    surface_of_voxel_.assign(mark_of_voxel_.size(), -1);
+    for (std::size_t i = 0; i < surface_.size(); ++i) surface_of_voxel_[surface_[i].voxel] = static_cast<std::int32_t>(i);
   }
   landmark_term_ = settings.landmarks && marks_.size() >= 2 * static_cast<std::size_t>(std::max(1, settings.least_landmarks));
 }
@@ -147,6 +156,10 @@ Evaluation Evaluator::evaluate(const Pose& X_WC, Workspace& workspace, Detail de
   voxel::VisibilityWorkspace& w = workspace.visibility;
   e.gain = visibility().evaluate_pair(X_WC, situation_.rig, settings_.pair, w);
   e.value = value_of(w.both, e.gain);
+  if (!surface_.empty()) {
+    e.quality = better_looks(X_WC, w);
+    e.value += settings_.quality_weight * e.quality;
+  }
   if (every_term && likely_) e.gain = whole_.evaluate_pair(X_WC, situation_.rig, settings_.pair, w);
   if (landmark_term_ || every_term) {
     for (const voxel::VoxelPixels& v : w.left.watched) {
@@ -158,6 +171,17 @@ Evaluation Evaluator::evaluate(const Pose& X_WC, Workspace& workspace, Detail de
   }
   if (landmark_term_) e.k_landmarks = landmark_penalty(e.visible_landmarks);
   return e;
+}
+
+double Evaluator::better_looks(const Pose& X_WC, voxel::VisibilityWorkspace& w) const {
+  double sum = 0;
+  for_each_watched(w, situation_.rig, settings_.pair.more_than_pixels, [&](std::uint32_t voxel) {
+    const std::int32_t i = surface_of_voxel_[voxel];
+    if (i < 0) return;
+    const SurfaceVoxel& s = surface_[static_cast<std::size_t>(i)];
+    sum += std::max(0.0, look_quality(s, X_WC, situation_.rig.baseline, settings_.quality_reference) - double(quality_[static_cast<std::size_t>(i)]));
+  });
+  return sum;
 }
 
 double Evaluator::value_of(const voxel::VoxelList& both, const voxel::PairGain& gain) const {
@@ -209,6 +233,7 @@ std::vector<std::pair<std::string, double>> Evaluator::terms(const Evaluation& e
   return {{"f_e", score(e, greatest)},
           {"value", e.value},
           {"N_u", e.gain.voxels},
+          {"quality", e.quality},
           {"pixels", static_cast<double>(e.gain.pixels)},
           {"K_height", e.k_height},
           {"K_roll", e.k_roll},

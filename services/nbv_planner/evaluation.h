@@ -16,6 +16,7 @@
 
 #include "common/voxel/visibility.h"
 #include "services/nbv_planner/constraints.h"
+#include "services/nbv_planner/quality.h"
 #include "services/nbv_planner/situation.h"
 
 namespace periplus::nbv {
@@ -51,6 +52,8 @@ struct EvaluationSettings {
   double motion_per_rad = 0.1;      // ... and per radian that it turns
   LambdaRule lambda_rule = LambdaRule::capped;
   double likely_within = 0;         // unknown voxels farther from known ones do not count (likely_surface.h) [m]; 0: all do
+  double quality_weight = 0;        // of a known voxel that is seen better than so far (quality.h), per unit of quality, in unknown voxels
+  double quality_reference = 0.8;   // z_ref: nearer than this a look is no better [m]
   double lambda_interval = 0;       // of height, pitch, roll and yaw where fixed; 0: the greatest value
   double lambda_distance = 100, lambda_landmarks = 1, lambda_forbidden = 1000;
   double lambda_motion = 0, lambda_reach = 0;  // shares of the greatest value
@@ -61,6 +64,7 @@ struct EvaluationSettings {
 struct Evaluation {
   voxel::PairGain gain;             // N_u and its pixels; with Detail::search those of the voxels that count
   double value = 0;                 // what the search maximises
+  double quality = 0;               // gain in quality of known surface; part of value by its weight
   double k_height = 0, k_roll = 0, k_pitch = 0, k_yaw = 0, k_distance = 0, k_far = 0, k_landmarks = 0, k_forbidden = 0;
   double k_motion = 0, k_reach = 0;
   double visible_landmarks = 0;     // sum of ls ln over the landmarks in view
@@ -70,8 +74,8 @@ struct Evaluation {
 // For task_numbers.h: every field. A new one changes the size and belongs here as well.
 template <class Fields>
 void visit_fields(Fields& fields, Evaluation& e) {
-  static_assert(sizeof(Evaluation) == 136);
-  fields(e.gain.voxels, e.gain.pixels, e.value, e.k_height, e.k_roll, e.k_pitch, e.k_yaw, e.k_distance, e.k_far, e.k_landmarks,
+  static_assert(sizeof(Evaluation) == 144);
+  fields(e.gain.voxels, e.gain.pixels, e.value, e.quality, e.k_height, e.k_roll, e.k_pitch, e.k_yaw, e.k_distance, e.k_far, e.k_landmarks,
          e.k_forbidden, e.k_motion, e.k_reach, e.visible_landmarks, e.sum_ls, e.sum_ln, e.violation);
 }
 
@@ -135,12 +139,15 @@ class Evaluator {
   const Mark* mark(std::uint32_t voxel) const;
 
  private:
-  static voxel::VisibilityScene make_visibility(const Situation& s, const voxel::OccupancyGrid& grid);
+  static voxel::VisibilityScene make_visibility(const Situation& s, const voxel::OccupancyGrid& grid,
+                                                const std::vector<SurfaceVoxel>& surface);
+  double better_looks(const Pose& X_WC, voxel::VisibilityWorkspace& w) const;
   double value_of(const voxel::VoxelList& both, const voxel::PairGain& gain) const;
   double landmark_facing(const Eigen::Vector3d& view, const Eigen::Vector3d& normal) const;
 
   const Situation& situation_;
   EvaluationSettings settings_;
+  std::vector<SurfaceVoxel> surface_;       // known surface; empty: quality does not count
   voxel::VisibilityScene whole_;
   std::optional<voxel::VisibilityScene> likely_;
   Situation likely_situation_;  // of likely_
@@ -148,6 +155,8 @@ class Evaluator {
   bool landmark_term_ = false;
   std::vector<std::int32_t> mark_of_voxel_;  // -1: none
   std::vector<Mark> marks_;
+  std::vector<float> quality_;               // of surface_
+  std::vector<std::int32_t> surface_of_voxel_;
   std::vector<float> weights_;               // by voxel; empty: 1 each
 };
 

@@ -21,6 +21,8 @@ TEST(Settings, ShippedConfigurationIsTheDefault) {
   EXPECT_EQ(s.evaluation.pixels_per_voxel_share, d.evaluation.pixels_per_voxel_share);
   EXPECT_EQ(s.evaluation.lambda_rule, LambdaRule::capped);
   EXPECT_EQ(s.evaluation.likely_within, d.evaluation.likely_within);
+  EXPECT_EQ(s.evaluation.quality_weight, d.evaluation.quality_weight);
+  EXPECT_EQ(s.evaluation.quality_reference, d.evaluation.quality_reference);
   EXPECT_EQ(s.evaluation.lambda_motion, 0);
   EXPECT_EQ(s.evaluation.lambda_reach, 0);
   EXPECT_EQ(s.evaluation.interval_exponent, 6);

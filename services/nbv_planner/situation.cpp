@@ -32,6 +32,9 @@ void check(const Situation& s) {
           "the robot's body box must have lower < upper along each axis, or be a point where there is no body");
   require(!s.X_WC_now || is_finite(*s.X_WC_now), ErrorCode::not_finite,
           "the pose where the camera is has a number that is not finite; leave it out");
+  for (const Pose& X : s.views) {
+    require(is_finite(X), ErrorCode::not_finite, "a view so far has a number that is not finite; leave that view out");
+  }
   for (const Pose& X : s.forbidden) {
     require(is_finite(X), ErrorCode::not_finite, "a forbidden pose has a number that is not finite; leave that pose out");
   }

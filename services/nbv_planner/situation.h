@@ -33,6 +33,7 @@ struct Situation {
   StereoRig rig;              // baseline 0: one camera
   std::vector<Pose> forbidden;  // constraint 3.6: left-eye poses that turned out unreachable
   std::optional<Pose> X_WC_now;  // where the left eye is: the motion's cost counts from there
+  std::vector<Pose> views;       // left-eye poses of the looks so far; for the quality of known surface
   std::shared_ptr<const Reachability> reachability;  // null: every pose is as good as another
 };
 

@@ -22,8 +22,8 @@ void check(const SearchSettings& s) {
 
 namespace {
 
-constexpr double kNearlyUsedUp = 0.03;  // value of the best view, as a share of the free unknown faces
-constexpr double kOutweighed = 0.1;     // of the best view's value where all unknown voxels count
+constexpr double kNearlyUsedUp = 0.1;    // value of the best view, as a share of the free unknown faces
+constexpr double kOutweighed = 0.3;       // of the best view's value where all unknown voxels count
 
 PlannedView search_by_method(const Evaluator& evaluator, std::uint64_t seed, const SearchSettings& search, TaskRunner& runner,
                              const std::function<void(double)>& poll) {
@@ -83,6 +83,26 @@ void choose_ahead(const Evaluator& evaluator, const SearchSettings& search, Plan
 }
 
 }  // namespace
+
+ListedView choose_view(const Evaluator& evaluator, const std::vector<Pose>& poses, Evaluator::Workspace& workspace) {
+  require(!poses.empty(), ErrorCode::bad_input, "choosing a view from a list needs at least one pose");
+  ListedView best, other;
+  int most = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const ListedView view{static_cast<int>(i), evaluator.evaluate(poses[i], workspace)};
+    if (best.index < 0 || view.evaluation.value > best.evaluation.value) best = view;
+  }
+  if (evaluator.everything_counts()) return best;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const voxel::PairGain gain = evaluator.whole().evaluate_pair(poses[i], evaluator.situation().rig, evaluator.settings().pair, workspace.visibility);
+    if (other.index >= 0 && gain.voxels <= most) continue;
+    most = gain.voxels;
+    other.index = static_cast<int>(i);
+  }
+  if (best.evaluation.value >= kOutweighed * most) return best;
+  other.evaluation = evaluator.evaluate(poses[static_cast<std::size_t>(other.index)], workspace);
+  return other;
+}
 
 PlannedView plan_view(const Evaluator& evaluator, std::uint64_t seed, const SearchSettings& settings, TaskRunner& runner,
                       const std::function<void(double)>& poll) {

@@ -60,6 +60,15 @@ struct PlannedView {
   std::vector<ViewCandidate> candidates;                // if asked for
 };
 
+// The best of given poses by their value alone; limits and penalties are the caller's business. Where only likely surface counts
+// (EvaluationSettings::likely_within) and hardly any of it is to be seen, the pose that shows most of all that is unknown. The first of
+// equal ones. Throws Error(bad_input) for an empty list.
+struct ListedView {
+  int index = -1;
+  Evaluation evaluation;
+};
+ListedView choose_view(const Evaluator& evaluator, const std::vector<Pose>& poses, Evaluator::Workspace& workspace);
+
 // All work goes through `runner`: the same bytes for any runner that has no wall-clock limit. With one, the best that was
 // found in time; at least a few places are looked around from in any case.
 // `poll` is called now and then from the caller's thread, with the share done (0..1); it may throw to give up.

@@ -274,6 +274,26 @@ TEST(ViewSearch, WhatIsLeftFarFromTheKnownIsFoundAllTheSame) {
   EXPECT_GT(v.evaluation.value, 200);
 }
 
+TEST(ViewSearch, ListsAreJudgedAlike) {
+  const Pose at_known = look_along({-1.3, 0.072, 1.1}, 0, 0), at_unknown = look_along({1.3, -0.072, 1.1}, std::numbers::pi, 0);
+  const Situation far = two_plates();
+  EvaluationSettings near;
+  near.likely_within = 0.06;
+  Evaluator::Workspace w;
+  EXPECT_EQ(choose_view(Evaluator(far, {}, {}), {at_known, at_unknown}, w).index, 1);
+  EXPECT_EQ(choose_view(Evaluator(far, near, {}), {at_known, at_unknown}, w).index, 1);  // nothing likely: all of it counts
+  EXPECT_THROW(choose_view(Evaluator(far, near, {}), {}, w), Error);
+  // A strip that goes on from the known face at -x, and a larger shadow at +x: the strip first, if it is not too small.
+  const Situation both = testing::around_the_origin(20, [](int x, int y, int) {
+    return x == 0 ? (y < 10 ? voxel::VoxelState::known : voxel::VoxelState::unknown) : x == 19 ? voxel::VoxelState::unknown : voxel::VoxelState::empty;
+  });
+  EvaluationSettings reach = near;
+  reach.likely_within = 0.16;
+  const Pose strip = look_along({-1.3, 0.072, 1.1}, 0, 0);
+  EXPECT_EQ(choose_view(Evaluator(both, {}, {}), {strip, at_unknown}, w).index, 1);
+  EXPECT_EQ(choose_view(Evaluator(both, reach, {}), {strip, at_unknown}, w).index, 0);
+}
+
 TEST(ViewSearch, LikelySurfaceDecidesAndAllUnknownIsReported) {
   // A known face at -x of a block; one voxel deep beside it the unknown counts, the rest of the block does not.
   const Situation s = testing::around_the_origin(16, [](int x, int, int) {
