@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "common/core/error.h"
 
@@ -354,6 +355,8 @@ struct VisibilityScene::Raster {
   std::uint32_t* coverage;
   // Homogeneous pixel coordinates of a point of the grid frame [voxels]: m * (x, y, z, 1) = (u w, v w, w), w in metres.
   Eigen::Matrix<double, 3, 4> m;
+  std::vector<Eigen::Vector2d> projected;        // scratch
+  std::vector<std::pair<double, double>> ends;
 
   // Nothing covered but what is outside of the image.
   void clear(std::vector<std::uint32_t>& words) {
@@ -374,7 +377,9 @@ struct VisibilityScene::Raster {
       if (s == first) mask &= ~0u << (left & 31);
       if (s == last) mask &= ~0u >> (31 - ((right - 1) & 31));
       std::uint32_t& word = coverage[static_cast<std::size_t>(s) * static_cast<std::size_t>(rows) + static_cast<std::size_t>(row)];
-      fresh += static_cast<std::uint32_t>(std::popcount(mask & ~word));
+      const std::uint32_t open = mask & ~word;
+      if (open == 0) continue;
+      fresh += open == ~0u ? 32u : static_cast<std::uint32_t>(std::popcount(open));
       word |= mask;
     }
     return fresh;
@@ -383,22 +388,26 @@ struct VisibilityScene::Raster {
   // Any convex set of points; what lies behind the camera is cut off.
   std::uint32_t fill_convex(const Points& points) {
     // Wholly outside one side of the image?
-    bool left_of = true, right_of = true, above = true, below = true;
+    bool left_of = true, right_of = true, above = true, below = true, cut = false;
+    projected.clear();
     for (const auto& p : points) {
-      const Eigen::Vector3d h = m * p.homogeneous();
+      const Eigen::Vector3d h = m.leftCols<3>() * p + m.col(3);
       left_of &= h.x() < 0;
       right_of &= h.x() > width * h.z();
       above &= h.y() < 0;
       below &= h.y() > height * h.z();
+      cut |= h.z() < kNear;
+      projected.emplace_back(h.head<2>() / h.z());
     }
     if (left_of || right_of || above || below) return 0;
-    const auto depth = [&](const Eigen::Vector3d& p) { return m.row(2).dot(p.homogeneous()) - kNear; };
-    std::vector<Eigen::Vector2d> projected;
-    for (const auto& p : clip(points, depth)) {
-      const Eigen::Vector3d h = m * p.homogeneous();
-      projected.push_back(h.head<2>() / h.z());
+    if (cut) {
+      projected.clear();
+      for (const auto& p : clip(points, [&](const Eigen::Vector3d& q) { return m.row(2).head<3>().dot(q) + m(2, 3) - kNear; })) {
+        const Eigen::Vector3d h = m.leftCols<3>() * p + m.col(3);
+        projected.emplace_back(h.head<2>() / h.z());
+      }
     }
-    const auto hull = convex_hull(std::move(projected));
+    const auto hull = convex_hull(projected);
     if (hull.size() < 3) return 0;
     double top = hull[0].y(), bottom = top;
     for (const auto& p : hull) {
@@ -407,16 +416,26 @@ struct VisibilityScene::Raster {
     }
     const int y0 = static_cast<int>(std::ceil(std::clamp(top, 0.0, double(height))));
     const int y1 = static_cast<int>(std::ceil(std::clamp(bottom, 0.0, double(height))));
-    std::uint32_t fresh = 0;
-    for (int y = y0; y < y1; ++y) {
-      double left = 1e300, right = -1e300;
-      for (std::size_t i = 0; i < hull.size(); ++i) {
-        const Eigen::Vector2d &a = hull[i], &b = hull[(i + 1) % hull.size()];
-        if ((a.y() <= y) == (b.y() <= y)) continue;
-        const double x = a.x() + (b.x() - a.x()) * ((y - a.y()) / (b.y() - a.y()));
+    if (y0 >= y1) return 0;
+    // Each row's ends: where edges cross it, the lower end of an edge left out.
+    ends.assign(static_cast<std::size_t>(y1 - y0), {1e300, -1e300});
+    for (std::size_t i = 0; i < hull.size(); ++i) {
+      const Eigen::Vector2d &a = hull[i], &b = hull[(i + 1) % hull.size()];
+      const double low = std::min(a.y(), b.y()), high = std::max(a.y(), b.y());
+      const int first = static_cast<int>(std::ceil(std::clamp(low, double(y0), double(y1))));
+      const int end = static_cast<int>(std::ceil(std::clamp(high, double(y0), double(y1))));
+      if (first >= end) continue;
+      const double slope = (b.x() - a.x()) / (b.y() - a.y());
+      for (int y = first; y < end; ++y) {
+        const double x = a.x() + (y - a.y()) * slope;
+        auto& [left, right] = ends[static_cast<std::size_t>(y - y0)];
         left = std::min(left, x);
         right = std::max(right, x);
       }
+    }
+    std::uint32_t fresh = 0;
+    for (int y = y0; y < y1; ++y) {
+      const auto& [left, right] = ends[static_cast<std::size_t>(y - y0)];
       const int l = static_cast<int>(std::ceil(std::clamp(left, 0.0, double(width))));
       const int r = static_cast<int>(std::ceil(std::clamp(right, 0.0, double(width))));
       if (l < r) fresh += fill(y, l, r);
