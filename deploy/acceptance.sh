@@ -6,7 +6,7 @@
 # "skipped"; with PERIPLUS_REQUIRE_DOCKER=1 a missing engine is a failure.
 set -uo pipefail
 cd "$(dirname "$0")/.."
-all=(build ci nbv_benchmark demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug hosts compose)
+all=(build ci visibility search nbv_benchmark demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug hosts compose)
 if [ "${1:-}" = --list ]; then printf '%s\n' "${all[@]}"; exit 0; fi
 checks=("$@"); [ $# -gt 0 ] || checks=("${all[@]}")
 for check in "${checks[@]}"; do
@@ -81,6 +81,15 @@ result() {
   [ "$status" = 0 ] || [ "$status" = 3 ] || return 0
   field "[l['pose_world_camera'] for l in r['looks']], r['model_digest'] if len(r['model_digest']) == 64 and r['views'] >= 3 else 1 / 0"
 }
+# benchmark_ms FILE NAME: of a Google Benchmark report in milliseconds; nothing where it was skipped
+benchmark_ms() {
+  python3 -c '
+import json, sys
+for b in json.load(open(sys.argv[1]))["benchmarks"]:
+    if b["name"].startswith(sys.argv[2]) and not b.get("error_occurred"): print(round(b["cpu_time"], 4)); break' "$1" "$2" 2>/dev/null
+}
+# search_value SIZE METHOD KEY of search_bench's report
+search_value() { python3 -c 'import json, sys; print(round(json.load(open(sys.argv[1]))["methods"][sys.argv[2]][sys.argv[3]], 4))' "$work/search_$1.json" "$2" "$3" 2>/dev/null; }
 # script NAME COMMAND...: a test script; 77 means that this machine cannot
 script() {
   local name=$1 s=0
@@ -108,6 +117,26 @@ for check in "${checks[@]}"; do
       judge ci.exit_status "$s" "" = 0
       judge ci.time "$((SECONDS - start))" s '<=' 2700
       grep -E "tests passed|\(Failed\)|\(Timeout\)|\(Skipped\)" "$work/ci.log" >&2 ;;
+    visibility)  # one evaluation beside OctoMap's rays over the same pixels: 128 voxels each way, 0.5 m
+      ninja -C build/release visibility_bench >"$work/visibility.log" 2>&1
+      "$bin/visibility_bench" --benchmark_format=json >"$work/visibility.json" 2>>"$work/visibility.log" && cp "$work/visibility.json" docs/results/visibility.json
+      while read -r simd limit ratio; do
+        value=$(benchmark_ms "$work/visibility.json" "evaluate/$simd/cells:128/cm:50")
+        [ -n "$value" ] || { say "visibility.$simd" "no such instructions here" ms "<= $limit" true; continue; }
+        rays=$(benchmark_ms "$work/visibility.json" octomap_cast_rays/cells:128/cm:50)
+        judge "visibility.$simd" "$value" ms '<=' "$limit" "$rays"
+        judge "visibility.$simd.times_octomap" "$(python3 -c "print(round($rays / $value))")" times '>=' "$ratio"
+      done <<<$'avx512 0.35 1000\navx2 0.5 800' ;;
+    search)  # recorded situations, against the best of 50,000 evaluations and a plain search
+      ninja -C build/release search_bench >"$work/search.log" 2>&1
+      for size in half-metre two-metres; do
+        (cd services/nbv_planner/bench/situations && "$bin/search_bench" $size.situations --reference $size.reference --methods plain,bobyqa,newuoa,nelder-mead,fast,thorough \
+          --json "$work/search_$size.json") >>"$work/search.log" 2>&1 && cp "$work/search_$size.json" docs/results/
+      done
+      while read -r size method share wall; do
+        judge "search.$size.$method.share_98" "$(search_value $size $method at_least_98_percent)" share '>=' "$share" "$(search_value $size plain at_least_98_percent)"
+        [ "$wall" = - ] || judge "search.$size.$method.wall_p95" "$(search_value $size $method wall_ms_p95)" ms '<=' "$wall" "$(search_value $size plain wall_ms_p95)"
+      done <<<$'half-metre fast 0.9 150\nhalf-metre thorough 0.96 250\ntwo-metres thorough 0.85 -' ;;
     nbv_benchmark)  # viewpoint planners beside each other; page, JSON and CSV go to docs/results/nbv_benchmark
       rm -rf "$work/nbv_benchmark"
       start=$SECONDS
