@@ -133,6 +133,8 @@ for check in "${checks[@]}"; do
         (cd services/nbv_planner/bench/situations && "$bin/search_bench" $size.situations --reference $size.reference --methods plain,bobyqa,newuoa,nelder-mead,fast,thorough \
           --json "$work/search_$size.json") >>"$work/search.log" 2>&1 && cp "$work/search_$size.json" docs/results/
       done
+      judge search.half-metre.compared "$(search_value half-metre thorough compared)" situations = 40
+      judge search.two-metres.compared "$(search_value two-metres thorough compared)" situations = 12
       while read -r size method share wall; do
         judge "search.$size.$method.share_98" "$(search_value $size $method at_least_98_percent)" share '>=' "$share" "$(search_value $size plain at_least_98_percent)"
         [ "$wall" = - ] || judge "search.$size.$method.wall_p95" "$(search_value $size $method wall_ms_p95)" ms '<=' "$wall" "$(search_value $size plain wall_ms_p95)"

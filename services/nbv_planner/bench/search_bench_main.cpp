@@ -306,9 +306,10 @@ int main(int argc, char** argv) {
           row.cpu.push_back((cpu_seconds() - cpu) * 1e3);
           row.wall.push_back(wall * 1e3);
           row.evaluations.push_back(view.evaluations);
-          row.share.push_back(best[r.name] > 0 ? view.evaluation.gain.voxels / double(best[r.name]) : view.evaluation.gain.voxels);
+          const double share = view.evaluation.gain.voxels / static_cast<double>(std::max(1, best[r.name]));
+          if (best[r.name] > 0) row.share.push_back(share);  // nothing to compare with otherwise
           for (const auto& [name, seconds] : view.seconds) row.stages[name] += seconds * 1e3;
-          if (detail) std::printf("  %s %.4f %.0fms", m.c_str(), row.share.back(), row.cpu.back());
+          if (detail) std::printf("  %s %.4f %.0fms", m.c_str(), share, row.cpu.back());
         }
       }
       if (detail) std::printf("\n");
@@ -321,13 +322,13 @@ int main(int argc, char** argv) {
     bool first = true;
     for (const std::string& m : methods) {
       const Row& row = rows[m];
-      const double good = static_cast<double>(std::count_if(row.share.begin(), row.share.end(), [](double v) { return v >= 0.98; })) / static_cast<double>(row.share.size());
+      const double good = static_cast<double>(std::count_if(row.share.begin(), row.share.end(), [](double v) { return v >= 0.98; })) / static_cast<double>(std::max<std::size_t>(1, row.share.size()));
       std::printf("%-40s %7.4f %7.4f %7.4f %6.1f%% | %8.1f %8.1f | %8.1f %8.1f | %6.0f  ", m.c_str(), quantile(row.share, 0), quantile(row.share, 0.05),
                   quantile(row.share, 0.5), 100 * good, quantile(row.cpu, 0.5), quantile(row.cpu, 0.95), quantile(row.wall, 0.5), quantile(row.wall, 0.95),
                   quantile(row.evaluations, 0.5));
-      for (const auto& [name, ms] : row.stages) std::printf(" %s %.1f", name.c_str(), ms / static_cast<double>(row.share.size()));
+      for (const auto& [name, ms] : row.stages) std::printf(" %s %.1f", name.c_str(), ms / static_cast<double>(row.cpu.size()));
       std::printf("\n");
-      report << (first ? "" : ", ") << "\"" << m << "\": {\"least\": " << quantile(row.share, 0) << ", \"p5\": " << quantile(row.share, 0.05)
+      report << (first ? "" : ", ") << "\"" << m << "\": {\"compared\": " << row.share.size() << ", \"least\": " << quantile(row.share, 0) << ", \"p5\": " << quantile(row.share, 0.05)
              << ", \"median\": " << quantile(row.share, 0.5) << ", \"at_least_98_percent\": " << good << ", \"cpu_ms_p50\": " << quantile(row.cpu, 0.5)
              << ", \"cpu_ms_p95\": " << quantile(row.cpu, 0.95) << ", \"wall_ms_p50\": " << quantile(row.wall, 0.5) << ", \"wall_ms_p95\": "
              << quantile(row.wall, 0.95) << ", \"evaluations_p50\": " << quantile(row.evaluations, 0.5) << "}";
