@@ -119,7 +119,7 @@ for check in "${checks[@]}"; do
       grep -E "tests passed|\(Failed\)|\(Timeout\)|\(Skipped\)" "$work/ci.log" >&2 ;;
     visibility)  # one evaluation beside OctoMap's rays over the same pixels: 128 voxels each way, 0.5 m
       ninja -C build/release visibility_bench >"$work/visibility.log" 2>&1
-      "$bin/visibility_bench" --benchmark_format=json >"$work/visibility.json" 2>>"$work/visibility.log" && cp "$work/visibility.json" docs/results/visibility.json
+      "$bin/visibility_bench" --benchmark_format=json >"$work/visibility.json" 2>>"$work/visibility.log" && sed '/"executable"/d; /"host_name"/d' "$work/visibility.json" >docs/results/visibility.json
       while read -r simd limit ratio; do
         value=$(benchmark_ms "$work/visibility.json" "evaluate/$simd/cells:128/cm:50")
         [ -n "$value" ] || { say "visibility.$simd" "no such instructions here" ms "<= $limit" true; continue; }
