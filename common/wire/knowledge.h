@@ -29,6 +29,7 @@ struct KnownObject {
   std::uint32_t revision = 0;
   std::shared_ptr<const voxel::OccupancyGrid> grid;
   std::vector<object_model::Landmark> landmarks;
+  std::vector<Pose> views;  // left eyes X_WC of the views in the grid, in the order of integration; the last kViewsOnWire
 };
 
 // Thread-safe. Bad samples are logged and dropped. What is kept is bounded: kEnvironmentsKept environments, kObjectsKept objects

@@ -1,8 +1,10 @@
 #include "common/wire/object_wire.h"
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
+#include <string>
 
 #include "common/core/error.h"
 #include "common/core/hash.h"
@@ -87,7 +89,7 @@ KnownEnvironment environment_from_wire(const msg::Environment& m) {
 }
 
 msg::ObjectGrid object_to_wire(std::string_view object_id, const voxel::OccupancyGrid& grid,
-                               const std::vector<object_model::Landmark>& landmarks) {
+                               const std::vector<object_model::Landmark>& landmarks, const std::vector<Pose>& views) {
   check_id(object_id, "the object's id");
   require(landmarks.size() <= 65536, ErrorCode::bad_size, "an object takes at most 65536 landmarks on the wire");
   const voxel::GridGeometry& g = grid.geometry();
@@ -110,6 +112,7 @@ msg::ObjectGrid object_to_wire(std::string_view object_id, const voxel::Occupanc
     w.size_m(static_cast<float>(l.size_m));
     m.landmarks().push_back(w);
   }
+  for (std::size_t n = views.size() - std::min(views.size(), kViewsOnWire); n < views.size(); ++n) m.views().push_back(to_wire(views[n]));
   return m;
 }
 
@@ -141,6 +144,9 @@ KnownObject object_from_wire(const msg::ObjectGrid& m) {
     require(std::isfinite(l.size_m) && l.size_m >= 0, ErrorCode::not_finite, "a landmark's size must be a finite number of metres");
     o.landmarks.push_back(l);
   }
+  require(m.views().size() <= kViewsOnWire, ErrorCode::bad_size, "an object takes at most " + std::to_string(kViewsOnWire) + " views");
+  o.views.reserve(m.views().size());
+  for (const msg::Pose& X_WC : m.views()) o.views.push_back(from_wire(X_WC));
   return o;
 }
 

@@ -30,8 +30,12 @@ scene::EnvironmentTexts texts_from_wire(const msg::Environment& environment);
 // Parses the scene and loads the robot. An empty revision is filled in, a wrong one refused.
 KnownEnvironment environment_from_wire(const msg::Environment& environment);
 
+// Of more views than this the last ones go on the wire.
+inline constexpr std::size_t kViewsOnWire = 1024;
+
+// `views`: left eyes X_WC, in the order of integration.
 msg::ObjectGrid object_to_wire(std::string_view object_id, const voxel::OccupancyGrid& grid,
-                               const std::vector<object_model::Landmark>& landmarks);
+                               const std::vector<object_model::Landmark>& landmarks, const std::vector<Pose>& views = {});
 KnownObject object_from_wire(const msg::ObjectGrid& object);
 
 msg::GridCounts to_wire(const voxel::Counts& counts);

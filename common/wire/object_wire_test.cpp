@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <sstream>
+#include <vector>
 
 #include "common/core/error.h"
 #include "common/core/random.h"
@@ -14,6 +16,12 @@
 namespace periplus::wire {
 namespace {
 
+std::vector<Pose> sample_views(int n) {
+  std::vector<Pose> views;
+  for (int i = 0; i < n; ++i) views.push_back(look_at({std::cos(0.01 * i), std::sin(0.01 * i), 1.2}, {0, 0, 0.7}));
+  return views;
+}
+
 msg::ObjectGrid sample_grid() {
   voxel::OccupancyGrid grid(voxel::GridGeometry::from_box(make_pose({1, 2, 3}, rotation_from_yaw_pitch_roll(0.3, 0, 0)), {0.2, 0.13, 0.1}, 0.01));
   grid.revision = 7;
@@ -21,7 +29,7 @@ msg::ObjectGrid sample_grid() {
   for (int n = 0; n < 500; ++n)
     grid.set_state({static_cast<int>(random.below(20)), static_cast<int>(random.below(13)), static_cast<int>(random.below(10))},
                    static_cast<voxel::VoxelState>(random.below(4)));
-  return object_to_wire("bunny", grid, {{{1, 2, 3}, {0, 0, 1}, 0.02}, {{4, 5, 6}, {1, 0, 0}, 0.03}});
+  return object_to_wire("bunny", grid, {{{1, 2, 3}, {0, 0, 1}, 0.02}, {{4, 5, 6}, {1, 0, 0}, 0.03}}, sample_views(3));
 }
 
 template <class Change>
@@ -46,7 +54,9 @@ TEST(ObjectWire, GridsComeBack) {
   ASSERT_EQ(o.landmarks.size(), 2u);
   EXPECT_EQ(o.landmarks[1].p_W, Eigen::Vector3d(4, 5, 6));
   EXPECT_NEAR(o.landmarks[1].size_m, 0.03, 1e-8);
-  const msg::ObjectGrid again = object_to_wire(o.object_id, *o.grid, o.landmarks);
+  ASSERT_EQ(o.views.size(), 3u);
+  for (std::size_t n = 0; n < 3; ++n) EXPECT_TRUE(o.views[n].isApprox(sample_views(3)[n], 1e-14)) << n;
+  const msg::ObjectGrid again = object_to_wire(o.object_id, *o.grid, o.landmarks, o.views);
   EXPECT_EQ(again.occupied(), m.occupied());
   EXPECT_EQ(again.known(), m.known());
   EXPECT_EQ(again.environment(), m.environment());
@@ -65,8 +75,21 @@ TEST(ObjectWire, HostileGridsAreRefused) {
   EXPECT_EQ(grid_refusal([](M& m) { m.voxel_m(-0.01); }), ErrorCode::bad_input);
   EXPECT_EQ(grid_refusal([](M& m) { m.object_id("../etc"); }), ErrorCode::bad_input);
   EXPECT_EQ(grid_refusal([](M& m) { m.pose_world_grid().qx(3); }), ErrorCode::bad_input);
+  EXPECT_EQ(grid_refusal([](M& m) { m.views()[1].position().z(std::numeric_limits<double>::infinity()); }), ErrorCode::not_finite);
+  EXPECT_EQ(grid_refusal([](M& m) { m.views()[2].qy(std::numeric_limits<double>::quiet_NaN()); }), ErrorCode::not_finite);
+  EXPECT_EQ(grid_refusal([](M& m) { m.views()[0].qw(2); }), ErrorCode::bad_input);
+  EXPECT_EQ(grid_refusal([](M& m) { m.views().resize(kViewsOnWire, m.views()[0]); }), ErrorCode::ok);
+  EXPECT_EQ(grid_refusal([](M& m) { m.views().resize(kViewsOnWire + 1, m.views()[0]); }), ErrorCode::bad_size);
   EXPECT_EQ(grid_refusal([](M& m) { m.landmarks()[0].size_m(std::numeric_limits<float>::infinity()); }), ErrorCode::not_finite);
   EXPECT_EQ(grid_refusal([](M& m) { m.landmarks()[0].normal().z(std::numeric_limits<double>::quiet_NaN()); }), ErrorCode::not_finite);
+}
+
+TEST(ObjectWire, TheLastViewsGoOut) {
+  const std::vector<Pose> views = sample_views(kViewsOnWire + 5);
+  const KnownObject o = object_from_wire(object_to_wire("bunny", voxel::OccupancyGrid(voxel::GridGeometry::from_box(Pose::Identity(), {0.1, 0.1, 0.1}, 0.01)), {}, views));
+  ASSERT_EQ(o.views.size(), kViewsOnWire);
+  EXPECT_TRUE(o.views.front().isApprox(views[5], 1e-14));
+  EXPECT_TRUE(o.views.back().isApprox(views.back(), 1e-14));
 }
 
 TEST(ObjectWire, BitsBeyondTheGridAndContradictionsAreCleared) {

@@ -115,7 +115,9 @@ struct ModelServerService::Impl {
 
   void publish_environment() { environments_out.publish(wire::environment_to_wire(keeper.environment().texts)); }
   void publish(const object_model::ObjectModel& model) {
-    require(objects_out.publish(wire::object_to_wire(model.state().object_id, model.grid(), model.landmarks())), ErrorCode::internal,
+    std::vector<Pose> views;
+    for (const auto& view : model.state().views) views.push_back(view->X_WC);
+    require(objects_out.publish(wire::object_to_wire(model.state().object_id, model.grid(), model.landmarks(), views)), ErrorCode::internal,
             "the object's grid could not be published");
   }
 

@@ -135,6 +135,8 @@ TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
   ASSERT_NE(object, nullptr);
   EXPECT_EQ(wire::to_wire(object->grid->counts()).known(), seen.counts().known());
   EXPECT_FALSE(object->landmarks.empty());
+  ASSERT_EQ(object->views.size(), 1u);
+  EXPECT_TRUE(object->views[0].isApprox(ideal_view(sphere, 0, 6, 160, 120).X_WC, 1e-12));
   look.object_id("cup");
   EXPECT_EQ(integrate.call(look, seen, patient).error_code, static_cast<int>(ErrorCode::model_object_unknown));
   look.object_id("ball");
@@ -149,7 +151,10 @@ TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
   EXPECT_TRUE(WIFSIGNALED(program->end(SIGKILL)));
   program = std::make_unique<Program>(store, domain.id());
   const wire::Knowledge late(*node);  // hears what the new one republishes
-  EXPECT_NE(late.object("ball", 1, 20s), nullptr);
+  const auto resumed = late.object("ball", 1, 20s);
+  ASSERT_NE(resumed, nullptr);
+  ASSERT_EQ(resumed->views.size(), 1u);
+  EXPECT_TRUE(resumed->views[0].isApprox(object->views[0], 1e-12));
   EXPECT_NE(late.environment(environment_reply.revision().to_string(), 10s), nullptr);
   result = integrate.call(look, seen, patient);
   ASSERT_TRUE(result.ok()) << result.error_message;
@@ -173,6 +178,16 @@ TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
       EXPECT_EQ(object_model::read_model(data).digest(), digest_before.digest().to_string());
     }
   }
+  // A second look: both poses, in the order of integration.
+  perceptions.publish(wire::to_wire(ideal_view(sphere, 2, 6, 160, 120)));
+  look.view_id("view-2");
+  ASSERT_TRUE(integrate.call(look, seen, patient).ok());
+  const auto twice = late.object("ball", seen.revision(), 10s);
+  ASSERT_NE(twice, nullptr);
+  ASSERT_EQ(twice->views.size(), 2u);
+  EXPECT_TRUE(twice->views[0].isApprox(object->views[0], 1e-12));
+  EXPECT_TRUE(twice->views[1].isApprox(ideal_view(sphere, 2, 6, 160, 120).X_WC, 1e-12));
+
   wanted.format("docx");
   EXPECT_EQ(export_model.call(wanted, exported, patient).error_code, static_cast<int>(ErrorCode::bad_input));
   const int status = program->end(SIGTERM);

@@ -107,6 +107,7 @@ Situation NbvPlannerService::Impl::situation_of(const msg::PlanViewRequest& q, d
       knowledge.environment_or_throw(wire::id_from_wire(q.environment_revision(), "environment_revision"), ErrorCode::nbv_revision_not_here, wait);
   s.grid = object->grid;
   s.landmarks = object->landmarks;
+  s.views = object->views;
   s.scene = environment->scene;
   s.collision = environment->collision;
   s.body = environment->robot->body_box();

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <utility>
@@ -14,6 +15,8 @@
 #include "common/wire/testing/environment_texts.h"
 #include "idl/model.h"
 #include "idl/nbv.h"
+#include "services/nbv_planner/evaluation.h"
+#include "services/nbv_planner/quality.h"
 #include "services/nbv_planner/testing/situations.h"
 
 namespace periplus::nbv {
@@ -188,6 +191,71 @@ TEST(NbvPlannerService, AnswersAndRefuses) {
   EXPECT_TRUE(results.results().numbers().empty());
   ASSERT_TRUE(ask(request(), other).ok()) << "still there";
   EXPECT_EQ(reply.pose_world_camera(), other.pose_world_camera());
+}
+
+// The views that come with the grid tell how well its known surface was measured: the gain in quality that is answered is the
+// one that they lead to, here summed up without the evaluator.
+TEST(NbvPlannerService, QualityOfKnownSurfaceCountsFromTheViewsThatCameWithTheGrid) {
+  // The middle of the face at +x is unknown; the face at +y was seen from afar and at a grazing angle.
+  const auto state = [](int x, int y, int z) {
+    const auto inside = [](int v, int margin) { return v >= margin && v < 15 - margin; };
+    if (!inside(x, 2) || !inside(y, 2) || !inside(z, 2)) return voxel::VoxelState::empty;
+    return x == 12 && inside(y, 5) && inside(z, 5) ? voxel::VoxelState::unknown : voxel::VoxelState::known;
+  };
+  Situation s = testing::around_the_origin(15, state);
+  s.views = {look_at({2.2, 0.7, 1.2}, {0, 0, 1.1}), look_at({-1.0, 0.9, 1.2}, {0, 0, 1.1})};
+  Settings settings;
+  settings.evaluation.quality_weight = 1;
+  service::testing::TestService service("nbv_planner_quality_test");
+  const NbvPlannerService planner(service, settings);
+  dds::Publisher<msg::Environment> environments(service.node(), "periplus/environment", dds::qos_latest());
+  dds::Publisher<msg::ObjectGrid> objects(service.node(), "periplus/object", dds::qos_latest());
+  dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client(service.node(), "nbv/plan");
+  ASSERT_TRUE(environments.publish(room()));
+  const auto quality = [&](const char* object_id, const std::vector<Pose>& views, Pose& X_WC) {
+    EXPECT_TRUE(objects.publish(wire::object_to_wire(object_id, *s.grid, {}, views)));
+    msg::PlanViewRequest q = request();
+    q.object_id(object_id);
+    msg::PlanViewReply reply;
+    const dds::RpcResult result = client.call(q, reply, {.deadline = 60s, .wait_for_server = 10s});
+    EXPECT_TRUE(result.ok()) << result.error_message;
+    X_WC = wire::from_wire(reply.pose_world_camera());
+    for (const msg::NamedNumber& term : reply.terms()) {
+      if (term.name() == "quality") return term.value();
+    }
+    ADD_FAILURE() << "no term of that name";
+    return 0.0;
+  };
+
+  Pose X_WC;
+  const double answered = quality("seen", s.views, X_WC);
+  const std::vector<SurfaceVoxel> surface = known_surface(*s.grid);
+  std::vector<Eigen::Vector3i> watched;
+  std::vector<int> at(15 * 15 * 15, -1);
+  for (std::size_t i = 0; i < surface.size(); ++i) {
+    watched.push_back(s.grid->geometry().voxel_of(surface[i].p_W));
+    at[surface[i].voxel] = static_cast<int>(i);
+  }
+  const voxel::VisibilityScene scene(*s.grid, {}, watched);
+  const voxel::PairOptions pair = Evaluator(s, settings.evaluation, {}).settings().pair;
+  const double reference = settings.evaluation.quality_reference;
+  const std::vector<float> so_far = quality_so_far(surface, s, scene, pair, reference);
+  EXPECT_GT(*std::max_element(so_far.begin(), so_far.end()), 0.1f) << "the views see something";
+  voxel::VisibilityWorkspace w;
+  scene.evaluate_pair(X_WC, s.rig, pair, w);
+  double gain = 0, from_nothing = 0;
+  for_each_watched(w, s.rig, pair.more_than_pixels, [&](std::uint32_t voxel) {
+    const auto i = static_cast<std::size_t>(at.at(voxel));
+    const double q = look_quality(surface.at(i), X_WC, s.rig.baseline, reference);
+    gain += std::max(0.0, q - double(so_far[i]));
+    from_nothing += q;
+  });
+  EXPECT_GT(gain, 1);
+  EXPECT_LT(gain, from_nothing);
+  EXPECT_NEAR(answered, gain, 1e-6 * gain);
+
+  // Without views nothing is known of the surface's quality, and it does not count.
+  EXPECT_EQ(quality("not-seen", {}, X_WC), 0);
 }
 
 // What known_answers_test.cpp says of the search, over the wire.

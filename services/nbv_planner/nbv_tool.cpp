@@ -56,8 +56,8 @@ void draw(const Options& o, const PlanInput& input, const Evaluator& evaluator, 
   ViewPicture picture;
   picture.title = "Next best view of " + input.object_id;
   char text[200];
-  std::snprintf(text, sizeof text, "%s, %s; model of %d views, voxels of %g m; scene %s", input.camera_name.c_str(),
-                input.situation.rig.baseline > 0 ? "both eyes" : "one camera", input.views, input.situation.grid->geometry().voxel_size, input.scene_name.c_str());
+  std::snprintf(text, sizeof text, "%s, %s; model of %zu views, voxels of %g m; scene %s", input.camera_name.c_str(),
+                input.situation.rig.baseline > 0 ? "both eyes" : "one camera", input.situation.views.size(), input.situation.grid->geometry().voxel_size, input.scene_name.c_str());
   picture.subtitle = text;
   for (const ViewCandidate& c : v.candidates)
     picture.candidates.push_back({c.X_WC, c.f_e, evaluator.constraints().check(c.X_WC) == Violation::none});
@@ -94,8 +94,8 @@ void make_map(const Options& o, const PlanInput& input, const Evaluator& evaluat
   MapSettings settings = o.maps;
   settings.threads = input.settings.search.threads;
   char title[200];
-  std::snprintf(title, sizeof title, "%s after %d views: eyes at %g m, towards the object's centre", input.object_id.c_str(), input.views, settings.height);
-  write_maps(o.map[1], evaluator, map_terms_around(evaluator, terms, settings), title, input.X_WC_of_views);
+  std::snprintf(title, sizeof title, "%s after %zu views: eyes at %g m, towards the object's centre", input.object_id.c_str(), input.situation.views.size(), settings.height);
+  write_maps(o.map[1], evaluator, map_terms_around(evaluator, terms, settings), title, input.situation.views);
 }
 
 int plan(const Options& o) {

@@ -51,9 +51,8 @@ PlanInput read_input(const std::string& model_file, const std::string& camera_fi
   s.grid = std::make_shared<voxel::OccupancyGrid>(model.grid());
   s.landmarks = model.landmarks();
   input.object_id = model.state().object_id;
-  input.views = static_cast<int>(model.state().views.size());
-  for (const auto& view : model.state().views) input.X_WC_of_views.push_back(view->X_WC);
-  if (!input.X_WC_of_views.empty()) s.X_WC_now = input.X_WC_of_views.back();
+  for (const auto& view : model.state().views) s.views.push_back(view->X_WC);
+  if (!s.views.empty()) s.X_WC_now = s.views.back();
   check(s);
   return input;
 }

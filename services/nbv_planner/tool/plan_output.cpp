@@ -33,8 +33,8 @@ const char* result_of(const Planned& p) {
 
 std::string to_text(const PlanInput& input, const Planned& p) {
   const voxel::GridGeometry& g = input.situation.grid->geometry();
-  std::string out = format("model     %s, revision %u, %d views, %d x %d x %d voxels of %g m: %llu unknown, %llu known, %llu environment\n",
-                           input.object_id.c_str(), input.situation.grid->revision, input.views, g.size.x(), g.size.y(), g.size.z(), g.voxel_size,
+  std::string out = format("model     %s, revision %u, %zu views, %d x %d x %d voxels of %g m: %llu unknown, %llu known, %llu environment\n",
+                           input.object_id.c_str(), input.situation.grid->revision, input.situation.views.size(), g.size.x(), g.size.y(), g.size.z(), g.voxel_size,
                            static_cast<unsigned long long>(p.counts.unknown), static_cast<unsigned long long>(p.counts.known),
                            static_cast<unsigned long long>(p.counts.environment));
   out += format("camera    %s, %s; scene %s; %zu forbidden\n", input.camera_name.c_str(),
@@ -67,7 +67,7 @@ std::string to_json(const PlanInput& input, const Planned& p) {
   nlohmann::ordered_json j;
   j["schema"] = "periplus-nbv-1";
   j["result"] = result_of(p);
-  j["model"] = {{"object", input.object_id}, {"revision", input.situation.grid->revision}, {"views", input.views}, {"voxel_m", g.voxel_size},
+  j["model"] = {{"object", input.object_id}, {"revision", input.situation.grid->revision}, {"views", input.situation.views.size()}, {"voxel_m", g.voxel_size},
                 {"size", {g.size.x(), g.size.y(), g.size.z()}}, {"unknown", p.counts.unknown}, {"known", p.counts.known},
                 {"empty", p.counts.empty}, {"environment", p.counts.environment}};
   j["camera"] = {{"name", input.camera_name}, {"baseline_m", input.situation.rig.baseline}};
