@@ -111,6 +111,7 @@ Situation NbvPlannerService::Impl::situation_of(const msg::PlanViewRequest& q, d
   s.scene = environment->scene;
   s.collision = environment->collision;
   s.body = environment->robot->body_box();
+  s.reachability = settings.reachability;
   check(s);
   return s;
 }

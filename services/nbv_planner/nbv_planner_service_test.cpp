@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/config.h"
 #include "common/dds/codec_impl.h"
 #include "common/service/testing/test_service.h"
 #include "common/wire/common_wire.h"
@@ -256,6 +257,36 @@ TEST(NbvPlannerService, QualityOfKnownSurfaceCountsFromTheViewsThatCameWithTheGr
 
   // Without views nothing is known of the surface's quality, and it does not count.
   EXPECT_EQ(quality("not-seen", {}, X_WC), 0);
+}
+
+TEST(NbvPlannerService, WhatIsHardToReachCosts) {
+  // The patch is at one height; eyes above 1.2 m are hardly reached, less so looking down.
+  const config::Node root = config::parse(
+      "evaluation: {lambda_reach: 1}\nreachability: {heights_m: [1.0, 1.2, 1.25], pitches_deg: [0, 40], shares: [1, 0.6, 1, 0.6, 0.1, 0]}", "test.yaml");
+  const Settings settings = read_settings(root);
+  service::testing::TestService service("nbv_planner_reachability_test");
+  const NbvPlannerService planner(service, settings);
+  dds::Publisher<msg::Environment> environments(service.node(), "periplus/environment", dds::qos_latest());
+  dds::Publisher<msg::ObjectGrid> objects(service.node(), "periplus/object", dds::qos_latest());
+  dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client(service.node(), "nbv/plan");
+  ASSERT_TRUE(environments.publish(room()));
+  ASSERT_TRUE(objects.publish(wire::object_to_wire("block", *testing::patch_at_plus_x().grid, {})));
+  msg::PlanViewReply reply;
+  msg::PlanViewRequest q = request();
+  const dds::RpcResult result = client.call(q, reply, {.deadline = 60s, .wait_for_server = 10s});
+  ASSERT_TRUE(result.ok()) << result.error_message;
+  const Pose X_WC = wire::from_wire(reply.pose_world_camera());
+  const double pitch = camera_yaw_pitch_roll(X_WC).y(), down = std::clamp(pitch / (40 * std::numbers::pi / 180), 0.0, 1.0);
+  ASSERT_LE(X_WC.translation().z(), 1.2);
+  for (const msg::NamedNumber& term : reply.terms()) {
+    if (term.name() == "K_reach") {
+      EXPECT_NEAR(term.value(), 0.4 * down, 1e-6);
+    }
+    if (term.name() == "lambda_reach") {
+      EXPECT_GT(term.value(), 100);
+    }
+  }
+  EXPECT_GT(reply.predicted_gain_voxels(), 200);
 }
 
 // What known_answers_test.cpp says of the search, over the wire.

@@ -1,6 +1,7 @@
 #include "services/nbv_planner/settings.h"
 
 #include <algorithm>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "common/core/error.h"
 #include "common/core/hash.h"
 #include "common/core/version.h"
+#include "services/nbv_planner/reachability_table.h"
 
 namespace periplus::nbv {
 namespace {
@@ -43,6 +45,20 @@ void read_panorama(const config::Node& node, PanoramaSettings& s) {
   node.read("full_effort_voxels", s.full_effort_voxels, {0, 100000000});
   node.read("exact", s.exact, {0, 1000});
   node.read("exact_evaluations", s.exact_evaluations, {0, 10000});
+}
+
+std::shared_ptr<const Reachability> read_reachability(const config::Node& node) {
+  std::vector<double> heights, pitches, shares;
+  node.read("heights_m", heights);
+  node.read("pitches_deg", pitches);
+  node.read("shares", shares);
+  if (heights.empty() && pitches.empty() && shares.empty()) return nullptr;
+  for (double& pitch : pitches) pitch *= std::numbers::pi / 180;
+  try {
+    return std::make_shared<const ReachabilityTable>(std::move(heights), std::move(pitches), std::move(shares));
+  } catch (const Error& e) {
+    throw_error(ErrorCode::bad_input, node.where() + ": " + e.what());
+  }
 }
 
 }  // namespace
@@ -118,6 +134,7 @@ Settings read_settings(const config::Node& root) {
   constraints.read("forbidden_distance_m", c.forbidden_distance, {0, 10});
   double degrees = c.forbidden_angle * 180 / std::numbers::pi;
   if (constraints.read("forbidden_angle_deg", degrees, {0, 180})) c.forbidden_angle = degrees * std::numbers::pi / 180;
+  s.reachability = read_reachability(root.child("reachability"));
   root.finish();
   s.alike = digest_of_what_counts(root);
   return s;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+#include <string>
+
 #include "common/core/error.h"
 
 namespace periplus::nbv {
@@ -25,6 +28,7 @@ TEST(Settings, ShippedConfigurationIsTheDefault) {
   EXPECT_EQ(s.evaluation.quality_reference, d.evaluation.quality_reference);
   EXPECT_EQ(s.evaluation.lambda_motion, 0);
   EXPECT_EQ(s.evaluation.lambda_reach, 0);
+  EXPECT_EQ(s.reachability, nullptr);
   EXPECT_EQ(s.evaluation.interval_exponent, 6);
   EXPECT_EQ(s.evaluation.distance_slope, 20);
   EXPECT_EQ(s.evaluation.least_landmarks, 5);
@@ -50,6 +54,24 @@ TEST(Settings, BadOnesAreRefused) {
   EXPECT_THROW(read("evaluation: {pair_depth_min_m: 3}"), Error);
 }
 
+TEST(Settings, ReachabilityIsATableOfConstants) {
+  const auto read = [](const char* yaml) { return read_settings(config::parse(yaml, "test.yaml")).reachability; };
+  const auto table = read("reachability: {heights_m: [1.0, 1.2], pitches_deg: [0, 60], shares: [0, 0.4, 1, 0.8]}");
+  ASSERT_NE(table, nullptr);
+  EXPECT_NEAR(table->of(look_along({0, 0, 1.1}, 2, std::numbers::pi / 6)), (0 + 0.4 + 1 + 0.8) / 4, 1e-12);
+  EXPECT_EQ(read("evaluation: {lambda_reach: 1}"), nullptr);
+  try {
+    read("reachability: {heights_m: [1.0, 1.2], pitches_deg: [0], shares: [0.5]}");
+    ADD_FAILURE() << "too few shares";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::bad_input);
+    EXPECT_NE(std::string(e.what()).find("needs 2 shares, got 1"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("test.yaml:1"), std::string::npos) << e.what();
+  }
+  EXPECT_THROW(read("reachability: {shares: [0.5]}"), Error);
+  EXPECT_THROW(read("reachability: {heights_m: [1], pitches_deg: [0], shares: [2]}"), Error);
+}
+
 TEST(Settings, PlannersAreAlikeIfTheirViewsAre) {
   const auto alike = [](const char* yaml) {
     config::Node root = config::load_file(PERIPLUS_SOURCE_DIR "/services/nbv_planner/config/default.yaml");
@@ -60,6 +82,7 @@ TEST(Settings, PlannersAreAlikeIfTheirViewsAre) {
   EXPECT_EQ(some.size(), 64u);
   EXPECT_EQ(some, alike("other_instances: 3\nrevision_wait_s: 1\nsearch: {threads: 1, max_evaluations: 900}"));
   EXPECT_NE(some, alike("search: {max_evaluations: 901, threads: 2}"));
+  EXPECT_NE(some, alike("search: {max_evaluations: 900}\nreachability: {heights_m: [1], pitches_deg: [0], shares: [0.5]}"));
   EXPECT_NE(some, alike("search: {max_evaluations: 900}\nevaluation: {least_landmarks: 6}"));
 }
 

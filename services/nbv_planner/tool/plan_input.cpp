@@ -41,6 +41,7 @@ PlanInput read_input(const std::string& model_file, const std::string& camera_fi
   s.limits = camera.limits;
   s.body = camera.body.value_or(robot::BodyBox{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
   s.forbidden = forbidden;
+  s.reachability = settings.reachability;
   if (camera.measures) {
     input.settings.evaluation.pair.depth_min = camera.measures->x();
     input.settings.evaluation.pair.depth_max = camera.measures->y();
