@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "common/core/random.h"
 #include "common/scene/scene.h"
@@ -76,6 +77,39 @@ TEST(CollisionWorld, CapsuleAgreesWithSampling) {
       }
     }
   }
+}
+
+// Against the closed form of each shape.
+TEST(CollisionWorld, FirstHitIsWhereTheSegmentEnters) {
+  const auto hit = [](Shape shape, const Vector3d& size, const Vector3d& p, const Vector3d& q, const Pose& X_WS = make_pose({0, 0, 1}, Eigen::Matrix3d::Identity())) {
+    Scene s;
+    s.room.size = {6, 6, 3};
+    s.solids = {solid("one", shape, size, X_WS)};
+    return CollisionWorld(s).first_hit(p, q).value_or(-1);
+  };
+  // A box of 0.4 x 0.6 x 1: head on, at 45 degrees, turned by 90 degrees, beside it, short of it, from within.
+  const Vector3d box(0.4, 0.6, 1);
+  EXPECT_NEAR(hit(Shape::box, box, {2, 0.1, 1.2}, {0, 0.1, 1.2}), 1.8 / 2, 1e-12);
+  EXPECT_NEAR(hit(Shape::box, box, {1.2, 1, 1}, {-0.8, -1, 1}), 1.0 / 2, 1e-12);  // x = 0.2 where y = 0
+  EXPECT_NEAR(hit(Shape::box, box, {2, 0, 1}, {0, 0, 1}, make_pose({0, 0, 1}, rotation_from_yaw_pitch_roll(std::numbers::pi / 2, 0, 0))), 1.7 / 2, 1e-12);
+  EXPECT_EQ(hit(Shape::box, box, {2, 0.31, 1}, {-2, 0.31, 1}), -1);
+  EXPECT_EQ(hit(Shape::box, box, {2, 0, 1}, {0.21, 0, 1}), -1);
+  EXPECT_EQ(hit(Shape::box, box, {0.1, 0, 1}, {2, 0, 1}), 0);
+  // A sphere of radius 0.5, by a chord at 0.3 from its middle: half of it is 0.4 long.
+  const Vector3d ball(1, 1, 1);
+  EXPECT_NEAR(hit(Shape::sphere, ball, {2, 0.3, 1}, {-2, 0.3, 1}), 1.6 / 4, 1e-12);
+  EXPECT_EQ(hit(Shape::sphere, ball, {2, 0.51, 1}, {-2, 0.51, 1}), -1);
+  EXPECT_EQ(hit(Shape::sphere, ball, {0, 0.3, 1}, {-2, 0.3, 1}), 0);
+  // A cylinder of radius 0.5 and height 0.8: its side by the same chord, its lid from above, past its rim.
+  const Vector3d drum(1, 1, 0.8);
+  EXPECT_NEAR(hit(Shape::cylinder, drum, {2, 0.3, 1.1}, {-2, 0.3, 1.1}), 1.6 / 4, 1e-12);
+  EXPECT_NEAR(hit(Shape::cylinder, drum, {0.2, 0.3, 2.4}, {0.2, 0.3, 0.4}), 1.0 / 2, 1e-12);
+  EXPECT_NEAR(hit(Shape::cylinder, drum, {1, 0, 2}, {-1, 0, 0}), (2 - 1.4) / 2, 1e-12);  // at 45 degrees: z = 1.4 where x = 0.4
+  EXPECT_EQ(hit(Shape::cylinder, drum, {2, 0.3, 1.41}, {-2, 0.3, 1.41}), -1);
+  EXPECT_EQ(hit(Shape::cylinder, drum, {0.45, 0.45, 2.4}, {0.45, 0.45, 0.4}), -1);
+  EXPECT_EQ(hit(Shape::cylinder, drum, {0.2, 0.3, 1.3}, {0.2, 0.3, 2.4}), 0);
+  // The nearest of several.
+  EXPECT_NEAR(CollisionWorld(three_shapes()).first_hit({0, -3, 1}, {0, 3, 1}).value_or(-1), 1.75 / 6, 1e-12);
 }
 
 // A point's distance is right if the solid's surface point found really is the nearest: bounded by random surface hits.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "common/core/error.h"
 #include "common/voxel/distance.h"
@@ -15,43 +14,6 @@ namespace {
 using voxel::VoxelState;
 
 double entropy(double p) { return p <= 0 || p >= 1 ? 0 : -p * std::log(p) - (1 - p) * std::log(1 - p); }
-
-// Distance along a ray to a solid; infinity if it misses. 0 from inside.
-double distance_to(const scene::Solid& s, const Eigen::Vector3d& origin_W, const Eigen::Vector3d& direction_W) {
-  constexpr double kNever = std::numeric_limits<double>::infinity();
-  const Eigen::Vector3d o = s.X_WS.inverse() * origin_W, d = s.X_WS.linear().transpose() * direction_W;
-  double begin = 0, end = kNever;
-  const auto slab = [&](int axis, double half) {
-    if (d[axis] == 0) {
-      if (std::abs(o[axis]) > half) end = -1;
-      return;
-    }
-    const double t0 = (-half - o[axis]) / d[axis], t1 = (half - o[axis]) / d[axis];
-    begin = std::max(begin, std::min(t0, t1));
-    end = std::min(end, std::max(t0, t1));
-  };
-  const auto round = [&](int axes) {  // about the z axis, or a sphere
-    const double r = s.size.x() / 2;
-    const double a = d.head(axes).squaredNorm(), b = o.head(axes).dot(d.head(axes)), c = o.head(axes).squaredNorm() - r * r;
-    const double q = b * b - a * c;
-    if (a == 0 ? c > 0 : q < 0) end = -1;
-    if (a == 0 || q < 0) return;
-    begin = std::max(begin, (-b - std::sqrt(q)) / a);
-    end = std::min(end, (-b + std::sqrt(q)) / a);
-  };
-  switch (s.shape) {
-    case scene::Shape::box:
-      for (int axis = 0; axis < 3; ++axis) slab(axis, s.size[axis] / 2);
-      break;
-    case scene::Shape::cylinder:
-      round(2);
-      slab(2, s.size.z() / 2);
-      break;
-    case scene::Shape::sphere: round(3); break;
-    default: return kNever;
-  }
-  return begin <= end ? begin : kNever;
-}
 
 // One ray's voxels go to voxel(), one after the other, then the ray ends: `surface` if in known surface of the object.
 class RayGain : public InformationGain {
@@ -110,8 +72,7 @@ double RayGain::evaluate(const Pose& X_WC) const {
       const double shift = half_base / depth * camera.fx;
       if (column - shift < 0 || column + shift > camera.width - 1) continue;
       const Eigen::Vector3d d_W = X_WC.linear() * d_C.normalized();
-      double free = range;
-      for (const scene::Solid& s : situation_.scene.solids) free = std::min(free, distance_to(s, eye, d_W));
+      const double free = range * situation_.collision->first_hit(eye, eye + range * d_W).value_or(1);
       sums.ray = sums.ray_count = 0;
       sums.visible = 1;
       sums.unknown_before = sums.registered = false;

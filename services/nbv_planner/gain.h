@@ -48,7 +48,7 @@ class InformationGain {
   virtual ~InformationGain() = default;
   virtual const char* name() const = 0;
   // Of a left-eye pose; more is better. With two eyes the rays leave from between them, through what both images contain at the
-  // distance of the grid's middle. Solids of the scene end a ray, meshes of the scene do not.
+  // distance of the grid's middle. Solids of the scene end a ray (scene::CollisionWorld::first_hit).
   // Throws Error(not_finite) for a pose that is not finite.
   virtual double evaluate(const Pose& X_WC) const = 0;
 };

@@ -130,10 +130,16 @@ TEST(Gain, SolidsAndEnvironmentEndARay) {
   for (scene::Shape shape : {scene::Shape::box, scene::Shape::cylinder, scene::Shape::sphere}) {
     scene::Solid solid = testing::box({-0.5, 0, 1.1}, {0.2, 0.2, 0.2});
     solid.shape = shape;
-    s.scene.solids = {solid};
-    EXPECT_EQ(make_information_gain("unobserved", s, kEveryPixel)->evaluate(kAlongX), 0);
-    s.scene.solids[0].X_WS.translation().y() = 0.11;  // beside the ray
-    EXPECT_NEAR(make_information_gain("unobserved", s, kEveryPixel)->evaluate(kAlongX), kUnknown, 1e-12);
+    const auto unobserved = [&] {
+      s.scene.solids = {solid};
+      s.collision = std::make_shared<scene::CollisionWorld>(s.scene);
+      return make_information_gain("unobserved", s, kEveryPixel)->evaluate(kAlongX);
+    };
+    EXPECT_EQ(unobserved(), 0);
+    solid.X_WS.translation().y() = 0.11;  // beside the ray
+    EXPECT_NEAR(unobserved(), kUnknown, 1e-12);
+    solid.X_WS.translation() = Eigen::Vector3d(0.2, 0, 1.1);  // behind the voxel
+    EXPECT_NEAR(unobserved(), kUnknown, 1e-12);
   }
 }
 
