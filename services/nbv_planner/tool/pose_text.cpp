@@ -39,10 +39,11 @@ Pose parse_pose(std::string_view text, std::string_view what) {
 }
 
 std::string to_text(const Pose& X_WC) {
-  const Eigen::Vector3d p = X_WC.translation(), ypr = camera_yaw_pitch_roll(X_WC) / kRadPerDegree;
-  const double roll = std::abs(ypr.z()) < 1e-9 ? 0.0 : ypr.z();
+  // What is written as zero is no negative zero.
+  const auto plain = [](const Eigen::Vector3d& v, double half_digit) -> Eigen::Vector3d { return (v.array().abs() < half_digit).select(0.0, v); };
+  const Eigen::Vector3d p = plain(X_WC.translation(), 5e-7), ypr = plain(camera_yaw_pitch_roll(X_WC) / kRadPerDegree, 5e-5);
   char text[200];
-  std::snprintf(text, sizeof text, "%.6f,%.6f,%.6f,%.4f,%.4f,%.4f", p.x(), p.y(), p.z(), ypr.x(), ypr.y(), roll);
+  std::snprintf(text, sizeof text, "%.6f,%.6f,%.6f,%.4f,%.4f,%.4f", p.x(), p.y(), p.z(), ypr.x(), ypr.y(), ypr.z());
   return text;
 }
 
