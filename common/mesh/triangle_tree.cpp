@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "common/core/error.h"
 
@@ -35,6 +36,26 @@ Vector3d closest_on_triangle(const Corners& c, const Vector3d& p) {
   if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
   const double denominator = 1 / (va + vb + vc);
   return a + ab * (vb * denominator) + ac * (vc * denominator);
+}
+
+// Nearest points p + s d and q + t e of two segments, s and t in 0..1 (Ericson, 5.1.9).
+std::pair<double, double> closest_of_segments(const Vector3d& p, const Vector3d& d, const Vector3d& q, const Vector3d& e) {
+  const Vector3d r = p - q;
+  const double a = d.squaredNorm(), c = e.squaredNorm(), f = e.dot(r), g = d.dot(r), b = d.dot(e);
+  if (a == 0 && c == 0) return {0, 0};
+  if (a == 0) return {0, std::clamp(f / c, 0.0, 1.0)};
+  if (c == 0) return {std::clamp(-g / a, 0.0, 1.0), 0};
+  const double denominator = a * c - b * b;
+  double s = denominator > 1e-14 * a * c ? std::clamp((b * f - g * c) / denominator, 0.0, 1.0) : 0;
+  double t = (b * s + f) / c;
+  if (t < 0) {
+    t = 0;
+    s = std::clamp(-g / a, 0.0, 1.0);
+  } else if (t > 1) {
+    t = 1;
+    s = std::clamp((b - g) / a, 0.0, 1.0);
+  }
+  return {s, t};
 }
 
 // T. Moeller, B. Trumbore 1997.
@@ -168,6 +189,54 @@ TriangleTree::Closest TriangleTree::closest(const Vector3d& p) const {
   }
   result.distance = std::sqrt(best);
   return result;
+}
+
+TriangleTree::ClosestToSegment TriangleTree::closest_to_segment(const Vector3d& a, const Vector3d& b) const {
+  const Vector3d way = b - a;
+  const double length = way.squaredNorm();
+  // Of a box: from the ball around it, or from the box around the segment. Never more than the true distance.
+  const auto bound = [&](const Node& n) {
+    const Vector3d middle = (n.lower + n.upper) / 2;
+    const double t = length > 0 ? std::clamp((middle - a).dot(way) / length, 0.0, 1.0) : 0;
+    const double by_ball = std::max(0.0, (a + t * way - middle).norm() - (n.upper - n.lower).norm() / 2);
+    const double by_box = (n.lower - a.cwiseMax(b)).cwiseMax(a.cwiseMin(b) - n.upper).cwiseMax(0).norm();
+    return std::max(by_ball, by_box);
+  };
+  ClosestToSegment best;
+  best.distance = std::numeric_limits<double>::infinity();
+  const auto offer = [&](double t, const Vector3d& point, int triangle) {
+    const double d = (a + t * way - point).norm();
+    if (d < best.distance) best = {d, t, point, triangle};
+  };
+  std::array<int, 128> stack;
+  int top = 0;
+  stack[static_cast<std::size_t>(top++)] = 0;
+  while (top > 0) {
+    const int at = stack[static_cast<std::size_t>(--top)];
+    const Node& n = impl_->nodes[static_cast<std::size_t>(at)];
+    if (bound(n) >= best.distance) continue;
+    if (n.count == 0) {
+      int near = at + 1, far = n.first;
+      if (bound(impl_->nodes[static_cast<std::size_t>(far)]) < bound(impl_->nodes[static_cast<std::size_t>(near)])) std::swap(near, far);
+      stack[static_cast<std::size_t>(top++)] = far;
+      stack[static_cast<std::size_t>(top++)] = near;
+      continue;
+    }
+    for (int i = n.first; i < n.first + n.count; ++i) {
+      const int triangle = impl_->order[static_cast<std::size_t>(i)];
+      const Corners& c = impl_->corners[static_cast<std::size_t>(triangle)];
+      // Through the triangle, or from an end of the segment, or from an edge of the triangle.
+      if (const auto t = ray_triangle(c, a, way); t && *t <= 1) offer(*t, a + *t * way, triangle);
+      offer(0, closest_on_triangle(c, a), triangle);
+      offer(1, closest_on_triangle(c, b), triangle);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vector3d edge = c[(k + 1) % 3] - c[k];
+        const auto [s, t] = closest_of_segments(a, way, c[k], edge);
+        offer(s, c[k] + t * edge, triangle);
+      }
+    }
+  }
+  return best;
 }
 
 std::optional<TriangleTree::Hit> TriangleTree::ray(const Vector3d& origin, const Vector3d& direction, double t_max) const {

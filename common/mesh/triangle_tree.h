@@ -1,4 +1,4 @@
-// Bounding-volume tree over a mesh's triangles: closest points and first hits of rays.
+// Bounding-volume tree over a mesh's triangles: closest points, of segments too, and first hits of rays.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,6 +24,15 @@ class TriangleTree {
     int triangle = -1;
   };
   Closest closest(const Eigen::Vector3d& p) const;
+
+  struct ClosestToSegment {
+    double distance = 0;           // [m], 0 where the segment meets a triangle
+    double t = 0;                  // nearest point of the segment: a + t (b - a)
+    Eigen::Vector3d point;         // of the mesh
+    int triangle = -1;
+  };
+  // Of the segment a-b, which may be a point.
+  ClosestToSegment closest_to_segment(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const;
 
   struct Hit {
     double t = 0;         // hit point = origin + t * direction

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/core/error.h"
 #include "common/core/random.h"
 
@@ -50,6 +52,44 @@ TEST(TriangleTree, AgreesWithExhaustiveSearch) {
     EXPECT_NEAR(tree.closest(p + hit->t * d).distance, 0, 1e-9);
   }
   EXPECT_GT(hits, 10);
+}
+
+TEST(TriangleTree, SegmentsBesideAKnownBox) {
+  const TriangleTree tree(make_box({1, 2, 3}, 1));
+  // Beside a face and parallel to it, across an edge, off a corner, through, within, a point.
+  EXPECT_NEAR(tree.closest_to_segment({1.5, -0.4, 0}, {1.5, 0.3, 0.2}).distance, 1.0, 1e-12);
+  const auto across = tree.closest_to_segment({2, 0, 0.3}, {0, 3, 0.3});  // x / 2 + y / 3 = 1 past the edge at (0.5, 1)
+  EXPECT_NEAR(across.distance, (1 - 0.5 / 2 - 1.0 / 3) / std::hypot(1 / 2.0, 1 / 3.0), 1e-12);
+  EXPECT_NEAR((across.point - Vector3d(0.5, 1, 0.3)).norm(), 0, 1e-9);
+  EXPECT_NEAR(tree.closest_to_segment({0.8, 1.4, 1.5}, {2, 3, 4}).distance, 0.5, 1e-12);
+  const auto through = tree.closest_to_segment({-2, 0.1, 0.2}, {2, 0.1, 0.2});
+  EXPECT_NEAR(through.distance, 0, 1e-12);
+  EXPECT_NEAR(std::abs(through.t - 0.5), 0.125, 1e-12);
+  EXPECT_NEAR(tree.closest_to_segment({0.3, 0, 0}, {0.1, 0, 0}).distance, 0.2, 1e-12);
+  EXPECT_NEAR(tree.closest_to_segment({0.3, 0, 0}, {0.1, 0, 0}).t, 0, 1e-12);
+  EXPECT_NEAR(tree.closest_to_segment({0, 0, 9}, {0, 0, 9}).distance, 7.5, 1e-12);
+}
+
+// Never more than at any point of the segment, and no less than what the samples between can hide.
+TEST(TriangleTree, SegmentsAgreeWithSampling) {
+  TriangleMesh m = make_sphere(1, 1);
+  Random random(6);
+  for (Vector3d& p : m.vertices) p *= random.uniform(0.7, 1.3);
+  const TriangleTree tree(m);
+  int beside = 0, through = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Vector3d a(random.normal(), random.normal(), random.normal()), b = a + Vector3d(random.normal(), random.normal(), random.normal());
+    const auto c = tree.closest_to_segment(a, b);
+    EXPECT_NEAR((a + c.t * (b - a) - c.point).norm(), c.distance, 1e-12);
+    EXPECT_NEAR(tree.closest(c.point).distance, 0, 1e-9);
+    double least = 1e9;
+    for (int i = 0; i <= 200; ++i) least = std::min(least, tree.closest(a + (b - a) * (i / 200.0)).distance);
+    EXPECT_LE(c.distance, least + 1e-12);
+    EXPECT_GE(c.distance, least - (b - a).norm() / 400);
+    (c.distance > 0.01 ? beside : through) += 1;
+  }
+  EXPECT_GT(beside, 30);
+  EXPECT_GT(through, 10);
 }
 
 // Planes of the grid of faces, in which the tree's boxes end too: a ray within them meets the box all the same.

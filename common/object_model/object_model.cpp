@@ -2,10 +2,12 @@
 
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 #include "common/core/error.h"
 #include "common/core/hash.h"
+#include "common/scene/mesh_solid.h"
 #include "common/scene/scene.h"
 
 namespace periplus::object_model {
@@ -90,6 +92,13 @@ std::vector<voxel::Occluder> occluders_of(const scene::Scene& scene) {
       case scene::Shape::sphere:
         out.push_back(voxel::Occluder::sphere(solid.X_WS.translation(), solid.size.x()));
         break;
+      case scene::Shape::mesh: {
+        std::vector<Eigen::Vector3d> vertices_W;
+        for (const Eigen::Vector3d& p : solid.mesh->mesh().vertices) vertices_W.push_back(solid.X_WS * p);
+        auto triangles = voxel::Occluder::mesh(vertices_W, solid.mesh->mesh().triangles);
+        out.insert(out.end(), std::make_move_iterator(triangles.begin()), std::make_move_iterator(triangles.end()));
+        break;
+      }
     }
   return out;
 }

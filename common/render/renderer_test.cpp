@@ -10,7 +10,9 @@
 
 #include "common/core/error.h"
 #include "common/core/random.h"
+#include "common/mesh/part_builder.h"
 #include "common/mesh/triangle_tree.h"
+#include "common/scene/mesh_solid.h"
 
 namespace periplus::render {
 namespace {
@@ -18,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 
 scene::Scene small_room() {
-  return scene::parse_scene(R"(
+  scene::Scene room = scene::parse_scene(R"(
 name: test
 room: {size_m: [4, 4, 2.5], wall_texture: "noise:1", floor_texture: "noise:2"}
 solids:
@@ -29,6 +31,17 @@ lights: [{position_m: [-1, -1, 2.4], intensity: 0.5}]
 landmarks: [{name: mark, position_m: [2, 0.3, 1.4], normal: [-1, 0, 0], size_m: 0.3}]
 )",
                             "test");
+  mesh::PartBuilder stone(1);
+  stone.lump({0, 0, 0}, {0.1, 0.15, 0.08}, 0.3, 5, mesh::Material::stone);
+  scene::Solid boulder;
+  boulder.name = "boulder";
+  boulder.shape = scene::Shape::mesh;
+  boulder.mesh = std::make_shared<const scene::MeshSolid>(stone.mesh());
+  boulder.size = boulder.mesh->size();
+  boulder.X_WS = make_pose({0.1, -0.45, 0.85}, rotation_from_yaw_pitch_roll(0.4, 0.3, 0));
+  boulder.texture = "noise:6";
+  room.solids.push_back(boulder);
+  return room;
 }
 
 // A bumpy ball on the table: concave enough to hide parts of itself.
@@ -68,6 +81,10 @@ TEST_F(RendererTest, DepthIsThatOfRays) {
   const TrueObject object = bumpy_object();
   const mesh::TriangleTree tree(object.mesh_W);
   const scene::CollisionWorld world(small_room());
+  scene::Scene only = small_room();
+  only.solids.erase(only.solids.begin(), only.solids.end() - 1);
+  const scene::CollisionWorld boulder(only);
+  int on_boulder = 0;
   const Pinhole camera = eye();
   for (const Vector3d& from : {Vector3d(-1.2, 0, 1.2), Vector3d(0.3, -1.3, 1.35), Vector3d(1.2, 0.8, 1.0)}) {
     const Pose X = look_at(from, {0, 0, 0.85});
@@ -85,6 +102,7 @@ TEST_F(RendererTest, DepthIsThatOfRays) {
         if (direction.z() < 0) z = std::min(z, -from.z() / direction.z());
         if (from.z() + z * direction.z() > 2.5) continue;  // above the walls
         if (const auto t = world.first_hit(from, from + 10 * direction)) z = std::min(z, *t * 10);
+        on_boulder += boulder.first_hit(from, from + z * (1 + 1e-9) * direction).has_value();
         if (const auto hit = tree.ray(from, direction, z)) {
           z = hit->t;
           ++on_object;
@@ -98,6 +116,7 @@ TEST_F(RendererTest, DepthIsThatOfRays) {
     EXPECT_LT(off, 0.01 * compared);
     EXPECT_LT(sum / (compared - off), 1e-4);
   }
+  EXPECT_GT(on_boulder, 100);
 }
 
 // A surface point has the same colour in both eyes, at the column that its depth says.

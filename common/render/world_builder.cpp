@@ -7,12 +7,14 @@
 #include "common/core/error.h"
 #include "common/core/hash.h"
 #include "common/mesh/assets.h"
+#include "common/scene/mesh_solid.h"
 #include "common/render/texture.h"
 
 namespace periplus::render {
 namespace {
 
 constexpr double kAmbient = 0.45;
+constexpr double kSolidTileSlack = 1.25;  // room between neighbouring tiles of a texture
 constexpr double kLandmarkThickness = 0.006;  // [m]
 constexpr double kFloorPicturesPerMetre = 0.5, kSolidPicturesPerMetre = 1.0;
 constexpr int kObjectTiles[2] = {3072, 2048}, kWallPixels[2] = {2048, 1024}, kSurfacePixels[2] = {1024, 1024}, kMaterialPixels[2] = {2048, 2048};
@@ -104,13 +106,20 @@ class Builder {
   }
 
   void add_solid(const scene::Solid& solid) {
-    const std::string with = material(solid.texture, solid.rgb, kSurfacePixels, 1);
+    const std::string with = material(solid.texture, solid.rgb, solid.shape == scene::Shape::mesh ? kObjectTiles : kSurfacePixels, 1);
     switch (solid.shape) {
       case scene::Shape::box: add_mesh(mesh::make_box(solid.size, kSolidPicturesPerMetre), solid.X_WS, with); break;
       case scene::Shape::cylinder:
         add_mesh(mesh::make_cylinder(solid.size.x(), solid.size.z(), kSolidPicturesPerMetre), solid.X_WS, with);
         break;
       case scene::Shape::sphere: add_mesh(mesh::make_sphere(solid.size.x(), kSolidPicturesPerMetre), solid.X_WS, with); break;
+      case scene::Shape::mesh: {
+        mesh::TriangleMesh shown = solid.mesh->mesh();
+        mesh::compute_normals(shown);
+        if (!solid.texture.starts_with("materials:") || shown.corner_uv.empty()) mesh::unwrap_six_tiles(shown, kSolidTileSlack * solid.size.maxCoeff());
+        add_mesh(shown, solid.X_WS, with);
+        break;
+      }
     }
   }
 

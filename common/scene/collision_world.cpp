@@ -1,6 +1,8 @@
 // Distances by the shapes' own signed distance functions. Those of convex shapes are convex, so along a capsule's
 // segment the least one is found by bisection on the sign of the slope, inside and outside alike (FCL's signed
-// distance aborts on some touching configurations). Overlap of boxes with shapes is FCL's.
+// distance aborts on some touching configurations). A mesh answers for itself (mesh_solid.h). Overlap of boxes with
+// shapes is FCL's.
+#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/sphere.h>
@@ -12,6 +14,7 @@
 #include <cmath>
 
 #include "common/core/error.h"
+#include "common/scene/mesh_solid.h"
 #include "common/scene/scene.h"
 
 namespace periplus::scene {
@@ -63,9 +66,22 @@ double shape_distance(const Solid& s, const Vector3d& p, Vector3d& gradient) {
   switch (s.shape) {
     case Shape::box: return box_distance(s.size / 2, p, gradient);
     case Shape::sphere: return sphere_distance(s.size.x() / 2, p, gradient);
+    case Shape::mesh: return s.mesh->distance(p, gradient);
     case Shape::cylinder: break;
   }
   return cylinder_distance(s.size.x() / 2, s.size.z() / 2, p, gradient);
+}
+
+// Of a mesh for overlaps, with its triangles in a tree of oriented boxes.
+std::shared_ptr<fcl::CollisionGeometryd> fcl_mesh(const mesh::TriangleMesh& m) {
+  auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
+  model->beginModel(static_cast<int>(m.triangles.size()), static_cast<int>(m.vertices.size()));
+  for (const Eigen::Vector3i& t : m.triangles) {
+    const auto corner = [&](int k) -> const Vector3d& { return m.vertices[static_cast<std::size_t>(t[k])]; };
+    model->addTriangle(corner(0), corner(1), corner(2));
+  }
+  model->endModel();
+  return model;
 }
 
 // Where the segment p + t d, t in 0..1, enters lower <= x <= upper in one coordinate; shrinks [t0, t1].
@@ -89,6 +105,7 @@ bool clip_quadratic(double a, double b, double c, double& t0, double& t1) {
 }
 
 std::optional<double> segment_hit(const Solid& s, const Vector3d& p, const Vector3d& d) {
+  if (s.shape == Shape::mesh) return s.mesh->first_hit(p, d);
   const Vector3d half = s.size / 2;
   double t0 = 0, t1 = 1;
   bool hit = false;
@@ -106,6 +123,7 @@ std::optional<double> segment_hit(const Solid& s, const Vector3d& p, const Vecto
             clip(p.z(), d.z(), -half.z(), half.z(), t0, t1);
       break;
     }
+    case Shape::mesh: break;
   }
   return hit ? std::optional<double>(t0) : std::nullopt;
 }
@@ -145,6 +163,11 @@ struct CollisionWorld::Impl {
     const Vector3d way = b - a;
     Vector3d gradient;
     double low = 0, high = 1, t = 0;
+    if (index >= 0 && entries[static_cast<std::size_t>(index)].solid.mesh) {
+      const Entry& e = entries[static_cast<std::size_t>(index)];
+      const double nearest = e.solid.mesh->segment_distance(e.X_SW * a, e.X_SW * b, t, gradient);
+      return closest(index, a + t * way, nearest, e.solid.X_WS.linear() * gradient, radius);
+    }
     double d = distance(index, a, gradient);
     if (gradient.dot(way) < 0) {
       const double at_end = distance(index, b, gradient);
@@ -161,9 +184,14 @@ struct CollisionWorld::Impl {
         }
       }
     }
-    Closest c;
     const Vector3d p = a + t * way;
     d = distance(index, p, gradient);
+    return closest(index, p, d, gradient, radius);
+  }
+
+  // Of a ball about p, whose middle is `d` away.
+  static Closest closest(int index, const Vector3d& p, double d, const Vector3d& gradient, double radius) {
+    Closest c;
     c.distance = d - radius;
     c.on_shape = p - radius * gradient;
     c.on_solid = p - d * gradient;
@@ -202,6 +230,10 @@ CollisionWorld::CollisionWorld(const Scene& scene) : impl_(std::make_unique<Impl
       case Shape::box: e.geometry = std::make_shared<fcl::Boxd>(s.size); break;
       case Shape::cylinder: e.geometry = std::make_shared<fcl::Cylinderd>(s.size.x() / 2, s.size.z()); break;
       case Shape::sphere: e.geometry = std::make_shared<fcl::Sphered>(s.size.x() / 2); break;
+      case Shape::mesh:
+        require(s.mesh != nullptr, ErrorCode::bad_input, "solid '" + s.name + "' is a mesh without its triangles");
+        e.geometry = fcl_mesh(s.mesh->mesh());
+        break;
     }
     impl_->entries.push_back(std::move(e));
   }

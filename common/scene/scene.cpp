@@ -8,6 +8,7 @@
 
 #include "common/core/config.h"
 #include "common/core/error.h"
+#include "common/scene/mesh_solid.h"
 
 namespace periplus::scene {
 namespace {
@@ -61,19 +62,38 @@ Pose read_pose(const config::Node& node) {
   return make_pose(p, rotation_from_yaw_pitch_roll(yaw * kDegree, pitch * kDegree, roll * kDegree));
 }
 
+std::shared_ptr<const MeshSolid> read_mesh(const config::Node& node) {
+  const auto name = node.get<std::string>("mesh");
+  if (name.empty() || name.size() > 512 || name.starts_with('/') || name.find("..") != std::string::npos)
+    refuse(node, "mesh: a file name below the assets folders, or one made by us (\"made:ship\"), is expected");
+  double longest_side = 0;
+  if (!node.read("longest_side_m", longest_side, {0.001, 100})) refuse(node, "longest_side_m: a mesh needs the length of its longest side");
+  std::string up_axis = "z";
+  node.read_choice("up_axis", up_axis, {"x", "y", "z", "-x", "-y", "-z"});
+  try {
+    return MeshSolid::load(name, longest_side, up_axis);
+  } catch (const Error& e) {
+    refuse(node, std::string("mesh: ") + e.what());
+  }
+}
+
 Solid read_solid(const config::Node& node, std::set<std::string>& names) {
   Solid s;
   s.name = read_name(node, names);
   std::string shape = "box";
-  node.read_choice("shape", shape, {"box", "cylinder", "sphere"});
+  node.read_choice("shape", shape, {"box", "cylinder", "sphere", "mesh"});
   if (shape == "box") {
     s.size = node.get<Eigen::Vector3d>("size_m");
+  } else if (shape == "mesh") {
+    s.shape = Shape::mesh;
+    s.mesh = read_mesh(node);
+    s.size = s.mesh->size();
   } else {
     const auto diameter = node.get<double>("diameter_m");
     s.shape = shape == "cylinder" ? Shape::cylinder : Shape::sphere;
     s.size = {diameter, diameter, s.shape == Shape::cylinder ? node.get<double>("height_m") : diameter};
   }
-  check_bounds(node, "size", s.size, 0.001, 100);
+  check_bounds(node, "size", s.size, s.shape == Shape::mesh ? 0 : 0.001, 100);
   s.X_WS = read_pose(node);
   read_texture(node, "texture", s.texture);
   node.read("rgb", s.rgb);

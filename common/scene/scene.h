@@ -13,15 +13,21 @@
 
 namespace periplus::scene {
 
-enum class Shape { box, cylinder, sphere };
+class MeshSolid;  // mesh_solid.h
 
+enum class Shape { box, cylinder, sphere, mesh };
+
+// In a scene's YAML: {name: pillar, shape: cylinder, diameter_m: 0.3, height_m: 2, position_m: [1, 0.5, 1]}, or shape: box (size_m),
+// sphere (diameter_m) or mesh (mesh: tree.obj, longest_side_m: 1.5, up_axis: y); position_m is the middle, of a mesh that of its
+// bounding box; yaw_deg, pitch_deg, roll_deg, texture, rgb.
 struct Solid {
   std::string name;
   Shape shape = Shape::box;
-  Eigen::Vector3d size{0, 0, 0};   // full side lengths of a box; (diameter, diameter, height); (diameter, ., .) [m]
+  Eigen::Vector3d size{0, 0, 0};   // full side lengths of a box, or of a mesh's bounding box; (diameter, diameter, height); (diameter, ., .) [m]
   Pose X_WS = Pose::Identity();    // centre
   std::string texture;             // file name below the assets folders, or "noise:<seed>", "materials:<seed>" (made by us); empty: plain colour
   Eigen::Vector3d rgb{0.7, 0.7, 0.7};
+  std::shared_ptr<const MeshSolid> mesh;  // of Shape::mesh
   bool supports_object = false;    // the table: what its top carries stands on it
 };
 
@@ -62,7 +68,8 @@ struct Scene {
   std::optional<Truth> truth;
 };
 
-// Throws Error(bad_input) that names file, line, key and what is expected.
+// Throws Error(bad_input) that names file, line, key and what is expected. The meshes of solids are loaded: made ones, or files
+// below the assets folders, which must be there wherever the scene is read.
 Scene parse_scene(std::string_view yaml, std::string_view name);
 Scene load_scene(const std::string& path);
 // The same text without `truth`: what the robot may know.

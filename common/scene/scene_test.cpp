@@ -1,10 +1,16 @@
 #include "common/scene/scene.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <numbers>
+#include <string>
 
 #include "common/core/error.h"
+#include "common/mesh/triangle_mesh.h"
+#include "common/scene/mesh_solid.h"
 
 namespace periplus::scene {
 namespace {
@@ -73,6 +79,38 @@ TEST(Scene, RefusesWhatCannotBeUsed) {
   EXPECT_NE(message_of(replaced(kText, "[0, 0, 0.35]", "[0, .nan, 0.35]")), "");
   EXPECT_NE(message_of("name: ["), "");
   EXPECT_THROW(load_scene("/nowhere/scene.yaml"), Error);
+}
+
+TEST(Scene, SolidsMayBeMeshesOfTheAssetsFolder) {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / ("scene_test." + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  const char* before = std::getenv("PERIPLUS_ASSETS");
+  const std::string kept = before ? before : "";
+  ::setenv("PERIPLUS_ASSETS", folder.c_str(), 1);
+  mesh::write_ply(mesh::make_box({2, 4, 1}, 1), folder / "block.ply");  // its y goes up
+  const auto text = [](const std::string& solid) { return "name: yard\nsolids:\n  - {name: block, shape: mesh, " + solid + "}\n"; };
+  const Scene s = parse_scene(text("mesh: block.ply, longest_side_m: 0.8, up_axis: y, position_m: [1, 0, 0.4], yaw_deg: 90"), "s.yaml");
+  ASSERT_EQ(s.solids.size(), 1u);
+  const Solid& block = s.solids[0];
+  EXPECT_EQ(block.shape, Shape::mesh);
+  ASSERT_NE(block.mesh, nullptr);
+  EXPECT_TRUE(block.mesh->closed());
+  EXPECT_NEAR(block.size.z(), 0.8, 1e-6);
+  EXPECT_NEAR(block.size.x() * block.size.y(), 0.2 * 0.4, 1e-6);
+  EXPECT_NEAR(mesh::signed_volume(block.mesh->mesh()), 0.2 * 0.4 * 0.8, 1e-6);
+  // It stands on the floor, as a box of that size and place would.
+  const CollisionWorld world(s);
+  EXPECT_NEAR(world.first_hit({1, 0, 3}, {1, 0, 0}).value_or(-1), (3 - 0.8) / 3, 1e-6);
+  EXPECT_TRUE(world.contains({1, 0, 0.01}));
+  EXPECT_NE(message_of(text("mesh: nowhere.ply, longest_side_m: 1, position_m: [0, 0, 0]")).find("nowhere.ply"), std::string::npos);
+  EXPECT_NE(message_of(text("mesh: nowhere.ply, longest_side_m: 1, position_m: [0, 0, 0]")).find("s.yaml:3"), std::string::npos);
+  EXPECT_NE(message_of(text("mesh: ../block.ply, longest_side_m: 1, position_m: [0, 0, 0]")).find("assets"), std::string::npos);
+  EXPECT_NE(message_of(text("mesh: /etc/passwd, longest_side_m: 1, position_m: [0, 0, 0]")).find("assets"), std::string::npos);
+  EXPECT_NE(message_of(text("mesh: block.ply, position_m: [0, 0, 0]")).find("longest_side_m"), std::string::npos);
+  EXPECT_NE(message_of(text("longest_side_m: 1, position_m: [0, 0, 0]")).find("mesh"), std::string::npos);
+  if (before) ::setenv("PERIPLUS_ASSETS", kept.c_str(), 1);
+  else ::unsetenv("PERIPLUS_ASSETS");
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Scene, TruthIsTakenOut) {

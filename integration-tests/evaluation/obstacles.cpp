@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "common/scene/mesh_solid.h"
 
 namespace periplus::evaluation {
 
@@ -18,6 +21,11 @@ Vector3d nearest_in_solid(const scene::Solid& solid, const Vector3d& p) {
   switch (solid.shape) {
     case scene::Shape::box: return p.cwiseMax(-solid.size / 2).cwiseMin(solid.size / 2);
     case scene::Shape::sphere: return p.norm() <= radius ? p : Vector3d(p * (radius / p.norm()));
+    case scene::Shape::mesh: {
+      Vector3d outwards;
+      const double d = solid.mesh->distance(p, outwards);
+      return d <= 0 ? p : Vector3d(p - d * outwards);
+    }
     case scene::Shape::cylinder: break;
   }
   const double across = std::hypot(p.x(), p.y()), shrink = across <= radius ? 1 : radius / across;
@@ -58,6 +66,7 @@ struct Inside {
 bool meets(const scene::Solid& solid, const Vector3d& p_W, const Vector3d& q_W) {
   const Pose X_SW = solid.X_WS.inverse();
   const Vector3d p = X_SW * p_W, d = X_SW.linear() * (q_W - p_W);
+  if (solid.shape == scene::Shape::mesh) return solid.mesh->first_hit(p, d).has_value();
   Inside inside;
   switch (solid.shape) {
     case scene::Shape::box:
@@ -68,12 +77,39 @@ bool meets(const scene::Solid& solid, const Vector3d& p_W, const Vector3d& q_W) 
       inside.round(Eigen::Vector2d(p.head<2>()), Eigen::Vector2d(d.head<2>()), solid.size.x() / 2);
       inside.slab(p.z(), d.z(), solid.size.z() / 2);
       break;
+    case scene::Shape::mesh: break;
   }
   return inside.enter <= inside.leave;
 }
 
+// What a box leaves of each triangle when it is cut at the box's six planes (Sutherland and Hodgman 1974).
+bool touches_mesh(const scene::Solid& solid, const Pose& X_WB, const Vector3d& size) {
+  const Pose X_BS = X_WB.inverse() * solid.X_WS;
+  const mesh::TriangleMesh& mesh = solid.mesh->mesh();
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    std::vector<Vector3d> polygon;
+    for (int k = 0; k < 3; ++k) polygon.push_back(X_BS * mesh.vertices[static_cast<std::size_t>(t[k])]);
+    for (int plane = 0; plane < 6 && !polygon.empty(); ++plane) {
+      const int axis = plane / 2;
+      const auto within = [&](const Vector3d& p) { return size[axis] / 2 + kContact / 2 - (plane % 2 == 0 ? p[axis] : -p[axis]); };
+      std::vector<Vector3d> kept;
+      for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Vector3d &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+        const double a = within(p), b = within(q);
+        if (a >= 0) kept.push_back(p);
+        if ((a >= 0) != (b >= 0)) kept.push_back(p + (q - p) * (a / (a - b)));
+      }
+      polygon = kept;
+    }
+    if (!polygon.empty()) return true;
+  }
+  Vector3d outwards;
+  return solid.mesh->distance(X_BS.inverse().translation(), outwards) < 0;  // the box is in it as a whole
+}
+
 // Going to and fro between the nearest points of two convex bodies leads to their nearest pair (Cheney and Goldstein 1959).
 bool touches(const scene::Solid& solid, const Pose& X_WB, const Vector3d& size) {
+  if (solid.shape == scene::Shape::mesh) return touches_mesh(solid, X_WB, size);
   const Pose X_BS = X_WB.inverse() * solid.X_WS, X_SB = X_BS.inverse();
   Vector3d in_box = Vector3d::Zero();
   for (int i = 0; i < kMostProjections; ++i) {

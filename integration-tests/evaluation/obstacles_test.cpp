@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <numbers>
 
 #include "common/core/random.h"
+#include "common/mesh/triangle_mesh.h"
+#include "common/scene/mesh_solid.h"
 
 namespace periplus::evaluation {
 namespace {
@@ -66,6 +69,30 @@ TEST(Obstacles, BoxesTouchSolidsAndWalls) {
 }
 
 // Against points strewn in the box: one that lies in the solid is a contact, and a contact has a point near the solid.
+TEST(Obstacles, ABoxOfTrianglesIsABox) {
+  const Pose X_WS = turned({0.1, -0.2, 1}, 0.6, 0.3);
+  const Vector3d size(0.8, 0.5, 0.6);
+  scene::Solid mesh = solid_of(scene::Shape::mesh, size, X_WS);
+  mesh.mesh = std::make_shared<const scene::MeshSolid>(mesh::make_box(size, 1));
+  const Obstacles box(scene_of(solid_of(scene::Shape::box, size, X_WS))), triangles(scene_of(mesh));
+  Random random(9);
+  const auto point = [&] { return Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(0, 2)); };
+  int touching = 0, blocked = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    const Vector3d p = point(), q = point(), sides(random.uniform(0.02, 0.6), random.uniform(0.02, 0.6), random.uniform(0.02, 0.6));
+    EXPECT_EQ(triangles.block(p, q), box.block(p, q)) << trial;
+    blocked += box.block(p, q);
+    const double ball = random.uniform(0.05, 0.4);
+    EXPECT_EQ(triangles.touch_ball(p, ball), box.touch_ball(p, ball)) << trial;
+    const Pose X_WB = turned(q, random.uniform(-3, 3), random.uniform(-1, 1), random.uniform(-1, 1));
+    if (box.touch_box(X_WB, 0.99 * sides) != box.touch_box(X_WB, 1.01 * sides)) continue;  // hardly
+    EXPECT_EQ(triangles.touch_box(X_WB, sides), box.touch_box(X_WB, sides)) << trial;
+    touching += box.touch_box(X_WB, sides);
+  }
+  EXPECT_GT(touching, 50);
+  EXPECT_GT(blocked, 50);
+}
+
 TEST(Obstacles, BoxesAgreeWithPointsStrewnInThem) {
   Random random(4);
   int touching = 0, free = 0;

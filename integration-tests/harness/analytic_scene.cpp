@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/core/error.h"
 #include "common/core/random.h"
 
 namespace periplus::harness {
@@ -112,6 +113,7 @@ double solid_distance(const scene::Solid& solid, const Vector3d& p) {
 AnalyticScene::AnalyticScene(scene::Scene scene, std::vector<scene::Solid> object)
     : scene_(std::move(scene)), solids_(scene_.solids) {
   solids_.insert(solids_.end(), object.begin(), object.end());
+  for (const scene::Solid& solid : solids_) require(solid.shape != scene::Shape::mesh, ErrorCode::bad_input, "an analytic scene has no meshes");
 }
 
 AnalyticScene::Hit AnalyticScene::cast(const Vector3d& origin, const Vector3d& direction) const {

@@ -7,6 +7,9 @@
 #include <set>
 
 #include "common/core/error.h"
+#include "common/mesh/triangle_mesh.h"
+#include "common/scene/mesh_solid.h"
+#include "services/nbv_planner/evaluation.h"
 #include "services/nbv_planner/testing/situations.h"
 
 namespace periplus::nbv {
@@ -140,6 +143,38 @@ TEST(Gain, SolidsAndEnvironmentEndARay) {
     EXPECT_NEAR(unobserved(), kUnknown, 1e-12);
     solid.X_WS.translation() = Eigen::Vector3d(0.2, 0, 1.1);  // behind the voxel
     EXPECT_NEAR(unobserved(), kUnknown, 1e-12);
+  }
+}
+
+// A wall of a mesh, closed or a single skin, between the eyes and what they would see.
+TEST(Gain, MeshWallsHideWhatIsBehindThem) {
+  mesh::TriangleMesh skin;
+  skin.vertices = {{0, -0.6, -0.6}, {0, 0.6, -0.6}, {0, 0.6, 0.6}, {0, -0.6, 0.6}};
+  skin.triangles = {{0, 1, 2}, {0, 2, 3}};
+  for (const mesh::TriangleMesh& wall : {mesh::make_box({0.05, 1.2, 1.2}, 1), skin}) {
+    scene::Solid solid;
+    solid.shape = scene::Shape::mesh;
+    solid.mesh = std::make_shared<const scene::MeshSolid>(wall);
+    solid.size = solid.mesh->size();
+    solid.X_WS = make_pose({0.6, 0, 1.1}, Eigen::Matrix3d::Identity());
+    scene::Scene scene;
+    scene.room.size = {8, 8, 3};
+    const Pose front = look_along({1.3, -0.072, 1.1}, std::numbers::pi, 0);
+    const auto free = gains(testing::patch_at_plus_x(scene), front);
+    scene.solids = {solid};
+    const Situation walled = testing::patch_at_plus_x(scene);
+    for (const auto& [name, gain] : gains(walled, front)) {
+      EXPECT_EQ(gain, 0) << name;
+      if (name != "area_factor") {
+        EXPECT_GT(free.at(name), 0) << name;
+      }
+    }
+    const Evaluator evaluator(walled, {}, {});
+    Evaluator::Workspace w;
+    EXPECT_EQ(evaluator.evaluate(front, w).gain.voxels, 0);
+    // Past the wall's end.
+    const Pose beside = look_at({0.75, 1.3, 1.1}, {0.15, 0, 1.1});
+    EXPECT_GT(make_information_gain("unobserved", walled)->evaluate(beside), 0);
   }
 }
 

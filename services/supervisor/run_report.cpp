@@ -132,7 +132,7 @@ std::string room(const json& report, const std::string& scene_yaml) {
     const Pose2 p = to_pose2(solid.X_WS);
     const std::string at = "transform=\"translate(" + number(p.x, 3) + "," + number(p.y, 3) + ") rotate(" + number(p.yaw * 180 / M_PI, 2) + ")\"";
     const std::string title = "<title>" + escape(solid.name) + "</title>";
-    if (solid.shape == scene::Shape::box)
+    if (solid.shape == scene::Shape::box || solid.shape == scene::Shape::mesh)
       svg += "<rect class=" + std::string(solid.supports_object ? "table" : "solid") + " " + at + " x=" + number(-solid.size.x() / 2, 3) + " y=" + number(-solid.size.y() / 2, 3) +
              " width=" + number(solid.size.x(), 3) + " height=" + number(solid.size.y(), 3) + ">" + title + "</rect>";
     else

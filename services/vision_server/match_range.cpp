@@ -34,6 +34,7 @@ Eigen::Vector3d bounding_size(const scene::Solid& solid) {
     case scene::Shape::sphere:
       return Eigen::Vector3d::Constant(solid.size.x());
     case scene::Shape::box:
+    case scene::Shape::mesh:
       break;
   }
   return solid.size;

@@ -80,7 +80,7 @@ std::vector<std::vector<Eigen::Vector2d>> outlines(const Situation& s) {
   std::vector<std::vector<Eigen::Vector2d>> all;
   for (const scene::Solid& solid : s.scene.solids) {
     std::vector<Eigen::Vector2d> line;
-    const int n = solid.shape == scene::Shape::box ? 4 : 48;
+    const int n = solid.shape == scene::Shape::box || solid.shape == scene::Shape::mesh ? 4 : 48;
     for (int i = 0; i <= n; ++i) {
       const double a = 2 * std::numbers::pi * (i + (n == 4 ? 0.5 : 0)) / n, r = n == 4 ? std::numbers::sqrt2 / 2 : 0.5;
       line.push_back((solid.X_WS * Eigen::Vector3d(r * solid.size.x() * std::cos(a), r * solid.size.y() * std::sin(a), 0)).head<2>());

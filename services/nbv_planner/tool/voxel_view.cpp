@@ -6,6 +6,8 @@
 #include <numbers>
 #include <vector>
 
+#include "common/scene/mesh_solid.h"
+
 namespace periplus::nbv {
 namespace {
 
@@ -128,7 +130,23 @@ void draw_rings(Layer& to, const Projection& project, const std::vector<std::vec
   }
 }
 
+void draw_mesh(Layer& to, const scene::Solid& s, const Projection& project, const Vector3d& light) {
+  for (const Eigen::Vector3i& t : s.mesh->mesh().triangles) {
+    std::array<Vector3d, 4> q;
+    for (std::size_t k = 0; k < 4; ++k) q[k] = s.X_WS * s.mesh->mesh().vertices[static_cast<std::size_t>(t[std::min(static_cast<int>(k), 2)])];
+    Vector3d normal = (q[1] - q[0]).cross(q[2] - q[0]);
+    if (normal.squaredNorm() < 1e-24) continue;
+    normal.normalize();
+    if (normal.dot(project.to_viewer(q[0])) <= 0) {
+      if (s.mesh->closed()) continue;
+      normal = -normal;  // a skin is seen from both sides
+    }
+    fill(to, project, q, shade(normal, light) * kSolid, 0);
+  }
+}
+
 void draw_solid(Layer& to, const scene::Solid& s, const Projection& project, const Vector3d& light) {
+  if (s.shape == scene::Shape::mesh) return draw_mesh(to, s, project, light);
   std::vector<std::vector<Vector3d>> rings;
   const Vector3d half = s.size / 2;
   const auto ring = [&](double rx, double ry, double z, int n, double turn) {

@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "common/mesh/triangle_mesh.h"
+#include "common/scene/mesh_solid.h"
 #include "common/voxel/visibility.h"
 #include "services/nbv_planner/testing/situations.h"
 
@@ -66,6 +72,34 @@ TEST(VoxelView, ASolidBeforeTheObjectIsGlassAndOneBehindItIsNot) {
   EXPECT_GT(behind.y(), behind.x() * 3 / 2);   // green alone
   EXPECT_GT(through.x(), behind.x() + 20);     // green through sand
   EXPECT_GT(through.y(), through.z());
+}
+
+TEST(VoxelView, ABoxOfTrianglesLooksLikeABox) {
+  const auto view_of = [](bool triangles) {
+    scene::Solid solid = testing::box({0.6, 0.1, 1.1}, {0.2, 0.3, 0.4});
+    solid.X_WS.linear() = rotation_from_yaw_pitch_roll(0.5, 0.2, 0);
+    if (triangles) {
+      solid.shape = scene::Shape::mesh;
+      solid.mesh = std::make_shared<const scene::MeshSolid>(mesh::make_box(solid.size, 1));
+    }
+    scene::Scene scene;
+    scene.solids.push_back(solid);
+    const Situation s = testing::around_the_origin(5, [](int, int, int) { return voxel::VoxelState::known; }, scene);
+    return draw_voxels(*s.grid, s.scene, Projection::parallel(0.7, 0.3, {0.4, 0, 1.1}, 150, 200, 200));
+  };
+  const VoxelView box = view_of(false), mesh = view_of(true);
+  int shown = 0, different = 0;
+  for (int v = 0; v < 200; ++v)
+    for (int u = 0; u < 200; ++u) {
+      shown += box.rgba.at(u, v, 3) != 0;
+      for (int c = 0; c < 4; ++c) {
+        if (std::abs(box.rgba.at(u, v, c) - mesh.rgba.at(u, v, c)) <= 2) continue;
+        ++different;
+        break;
+      }
+    }
+  EXPECT_GT(shown, 3000);
+  EXPECT_LT(different, shown / 100) << "but for pixels on an edge";
 }
 
 }  // namespace
