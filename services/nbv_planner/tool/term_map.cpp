@@ -50,7 +50,7 @@ std::string number(double v) {
 const char* meaning(const std::string& term) {
   const std::pair<const char*, const char*> known[] = {
       {"f_e", "evaluation function (3.15)"}, {"value", "what the search maximises"}, {"N_u", "unknown voxels seen"},
-      {"pixels", "unknown pixels seen"}, {"K_height", "height (3.7)"}, {"K_roll", "roll (3.7)"}, {"K_pitch", "pitch (3.7)"},
+      {"pixels", "unknown pixels seen"}, {"quality", "known surface seen better"}, {"K_height", "height (3.7)"}, {"K_roll", "roll (3.7)"}, {"K_pitch", "pitch (3.7)"},
       {"K_yaw", "yaw (3.7)"}, {"K_distance", "least distance (3.8)"}, {"K_far", "greatest distance"}, {"K_landmarks", "landmarks (3.11-3.13)"},
       {"K_forbidden", "forbidden poses (3.14)"}, {"K_motion", "motion"}, {"K_reach", "reachability"}, {"visible_landmarks", "landmarks: \u2211 ls\u00b7ln"},
       {"sum_ls", "landmarks: \u2211 ls (3.9)"}, {"sum_ln", "landmarks: \u2211 ln (3.10)"}};
@@ -93,7 +93,7 @@ std::vector<std::vector<Eigen::Vector2d>> outlines(const Situation& s) {
 }  // namespace
 
 std::vector<std::string> map_terms() {
-  return {"f_e",        "value",   "N_u",         "pixels",      "K_height", "K_roll",  "K_pitch",          "K_yaw",  "K_distance",
+  return {"f_e",        "value",   "N_u",         "pixels",      "quality",     "K_height", "K_roll",  "K_pitch",          "K_yaw",  "K_distance",
           "K_far", "K_landmarks", "K_forbidden", "K_motion", "K_reach", "visible_landmarks", "sum_ls", "sum_ln"};
 }
 

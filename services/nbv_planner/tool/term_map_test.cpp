@@ -5,7 +5,10 @@
 
 #include <cmath>
 #include <filesystem>
+#include <set>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -118,6 +121,32 @@ TEST(TermMap, IsWrittenAsNumbersAndAsAPicture) {
     EXPECT_GT(std::filesystem::file_size(folder / name), 5000u);
   }
   std::filesystem::remove_all(folder);
+}
+
+TEST(TermMap, EveryTermCanBeMappedQualityToo) {
+  Situation s = testing::around_the_origin(15, [](int x, int y, int z) {
+    const auto inside = [](int v) { return v > 1 && v < 13; };
+    return !inside(x) || !inside(y) || !inside(z) ? voxel::VoxelState::empty : x == 12 ? voxel::VoxelState::unknown : voxel::VoxelState::known;
+  });
+  s.views = {look_at({-1, 2, 1.1}, {0, 0, 1.1})};
+  EvaluationSettings settings;
+  settings.quality_weight = 1;
+  const Evaluator evaluator(s, settings, {});
+  std::set<std::string> terms;
+  for (const auto& [name, value] : evaluator.terms({}, 1))
+    if (!name.starts_with("lambda_")) terms.insert(name);
+  const std::vector<std::string> mapped = map_terms();
+  EXPECT_EQ(terms, std::set<std::string>(mapped.begin(), mapped.end()));
+  const TermMaps maps = map_terms_around(evaluator, {"quality"}, {.height = 1.1, .half_width = 1.2, .step = 0.3});
+  // The view was in front of the faces at -x and +y, aslant: from straight before them much can be seen better, from +x, where
+  // all is unknown, nothing.
+  const auto at = [&](double x, double y) {
+    const auto column = static_cast<int>(std::lround((x + 1.2) / 0.3)), row = static_cast<int>(std::lround((y + 1.2) / 0.3));
+    return maps.maps.at(0).values.at(static_cast<std::size_t>(row * maps.count + column));
+  };
+  EXPECT_GT(at(-0.9, 0), 20);
+  EXPECT_GT(at(0, 0.9), 20);
+  EXPECT_LT(at(0.9, 0), 1);
 }
 
 }  // namespace
