@@ -18,7 +18,7 @@ namespace periplus::scene {
 class MeshSolid {
  public:
   // Each triangle costs whoever evaluates views about a microsecond a view.
-  static constexpr std::size_t kMostTriangles = 5000;
+  static constexpr std::size_t kMostTriangles = 10000;
 
   // Moves the mesh to the middle of its bounding box; one that is closed and faces inwards is turned. Throws Error(bad_input |
   // not_finite | bad_size): no triangles, too many, arrays that do not fit each other.
