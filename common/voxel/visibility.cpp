@@ -104,6 +104,22 @@ std::vector<Eigen::Vector2d> convex_hull(std::vector<Eigen::Vector2d> points) {
 constexpr std::uint64_t kZLow = 0x0101010101010101ull;  // z = 0 of each y
 constexpr double kNear = 0.001;                         // what is nearer to the camera's plane than this is cut off [m]
 
+// The box around those voxels of a brick that are set (some are): its middle and side lengths.
+void box_of(const std::uint64_t (&set)[8], const Eigen::Vector3i& at, float (&middle)[3], float (&extent)[3]) {
+  std::uint64_t all = 0;
+  for (std::uint64_t word : set) all |= word;
+  for (int a = 0; a < 3; ++a) {
+    int low = 7, high = 0;
+    for (int t = 0; t < 8; ++t) {
+      if ((a == 0 ? set[t] : all & (a == 1 ? 0xffull << (8 * t) : kZLow << t)) == 0) continue;
+      low = std::min(low, t);
+      high = std::max(high, t + 1);
+    }
+    middle[a] = static_cast<float>(8 * at[a]) + 0.5f * static_cast<float>(low + high);
+    extent[a] = static_cast<float>(high - low);
+  }
+}
+
 }  // namespace
 
 Occluder Occluder::box(const Pose& X_WS, const Eigen::Vector3d& size) {
@@ -250,18 +266,8 @@ void VisibilityScene::list_voxels() {
     for (int x = 0; x < 8; ++x) {
       for (int d = 0; d < 6; ++d) any[x] |= p.free_face[d][x];
     }
-    std::uint64_t all = 0;
-    for (std::uint64_t word : any) all |= word;
-    for (int a = 0; a < 3; ++a) {
-      int low = 7, high = 0;
-      for (int t = 0; t < 8; ++t) {
-        if ((a == 0 ? any[t] : all & (a == 1 ? 0xffull << (8 * t) : kZLow << t)) == 0) continue;
-        low = std::min(low, t);
-        high = std::max(high, t + 1);
-      }
-      brick.middle[a] = static_cast<float>(8 * p.at[a]) + 0.5f * static_cast<float>(low + high);
-      brick.extent[a] = static_cast<float>(high - low);
-    }
+    box_of(any, p.at, brick.middle, brick.extent);
+    Counted counted{static_cast<std::int32_t>(list_.size()), 0, {}, {}};
     for (int octant = 0; octant < 8; ++octant) {
       brick.first[octant] = static_cast<std::uint32_t>(codes_.size());
       const int up[3] = {octant & 1, octant >> 1 & 1, octant >> 2 & 1};
@@ -282,10 +288,16 @@ void VisibilityScene::list_voxels() {
             if (p.environment[x] >> bit & 1) code |= kVoxelEnvironment;
             if (p.watched[x] >> bit & 1) code |= kVoxelWatched;
             codes_.push_back(code);
+            if ((code & (kVoxelUnknown | kVoxelWatched)) != 0) counted.octants |= static_cast<std::uint8_t>(1 << octant);
           }
         }
       }
       brick.count[octant] = static_cast<std::uint16_t>(codes_.size() - brick.first[octant]);
+    }
+    if (counted.octants != 0) {
+      for (int x = 0; x < 8; ++x) any[x] &= p.unknown[x] | p.watched[x];
+      box_of(any, p.at, counted.middle, counted.extent);
+      counted_.push_back(counted);
     }
     list_.push_back(brick);
   }
@@ -358,15 +370,31 @@ struct VisibilityScene::Raster {
   std::vector<Eigen::Vector2d> projected;        // scratch
   std::vector<std::pair<double, double>> ends;
 
-  // Nothing covered but what is outside of the image.
-  void clear(std::vector<std::uint32_t>& words) {
+  // Nothing covered but what is outside of the image; or all (`closed`).
+  void clear(std::vector<std::uint32_t>& words, bool closed) {
     const std::size_t strip = static_cast<std::size_t>(rows), whole = static_cast<std::size_t>(width / 32), used = static_cast<std::size_t>((width + 31) / 32);
     words.resize((used + 2) * strip);
     coverage = words.data();
+    if (closed) {
+      std::fill(words.begin(), words.end(), ~0u);
+      return;
+    }
     std::fill(coverage, coverage + used * strip, 0);
     if (whole != used) std::fill(coverage + whole * strip, coverage + used * strip, ~0u << (width & 31));
     std::fill(coverage + used * strip, coverage + (used + 2) * strip, ~0u);
     for (std::size_t s = 0; s < used; ++s) std::fill(coverage + s * strip + static_cast<std::size_t>(height), coverage + (s + 1) * strip, ~0u);
+  }
+
+  // Uncovers pixels [x0, x1) x [y0, y1) of the image.
+  void open(int x0, int y0, int x1, int y1) {
+    if (x0 >= x1 || y0 >= y1) return;
+    for (int s = x0 >> 5; s <= (x1 - 1) >> 5; ++s) {
+      std::uint32_t keep = 0;
+      if (s == x0 >> 5) keep |= ~(~0u << (x0 & 31));
+      if (s == (x1 - 1) >> 5) keep |= ~(~0u >> (31 - ((x1 - 1) & 31)));
+      std::uint32_t* column = coverage + static_cast<std::size_t>(s) * static_cast<std::size_t>(rows);
+      for (int y = y0; y < y1; ++y) column[y] &= keep;
+    }
   }
 
   std::uint32_t fill(int row, int left, int right) {
@@ -450,6 +478,34 @@ struct VisibilityScene::Raster {
   }
 };
 
+// Uncovers the rectangles in which unknown or watched voxels may lie; what hides them is drawn only there then.
+void VisibilityScene::open_counted(Raster& raster, const Eigen::Vector3d& eye, const ViewOptions& options) const {
+  const Eigen::Matrix<float, 3, 4> m = raster.m.cast<float>();
+  const Eigen::Matrix3f half = m.leftCols<3>() / 2;
+  const float depth_min = static_cast<float>(options.depth_min), depth_max = static_cast<float>(options.depth_max);
+  const auto pixel = [](float x, int size) { return static_cast<int>(std::clamp(x, 0.0f, static_cast<float>(size))); };
+  int own[3];
+  for (int a = 0; a < 3; ++a) own[a] = static_cast<int>(std::floor(std::clamp(eye[a] / 8, -1.0, double(bricks_[a]))));
+  for (const Counted& c : counted_) {
+    const std::int32_t* at = list_[static_cast<std::size_t>(c.brick)].at;
+    const bool beside = at[0] == own[0] || at[1] == own[1] || at[2] == own[2];
+    const int octant = (at[0] < own[0] ? 1 : 0) | (at[1] < own[1] ? 2 : 0) | (at[2] < own[2] ? 4 : 0);
+    if (!beside && (c.octants >> octant & 1) == 0) continue;
+    const Eigen::Vector3f middle(c.middle[0], c.middle[1], c.middle[2]), extent(c.extent[0], c.extent[1], c.extent[2]);
+    const Eigen::Vector3f p = m.leftCols<3>() * middle + m.col(3);
+    const float reach = half.row(2).cwiseAbs().dot(extent), nearest = p.z() - reach;
+    if (nearest > depth_max || p.z() + reach < depth_min) continue;
+    if (nearest < 2 * static_cast<float>(kNear)) {
+      raster.open(0, 0, raster.width, raster.height);
+      return;
+    }
+    const float u = p.x() / p.z(), v = p.y() / p.z();
+    const float ru = (half.row(0) - u * half.row(2)).cwiseAbs().dot(extent) / nearest, rv = (half.row(1) - v * half.row(2)).cwiseAbs().dot(extent) / nearest;
+    // A pixel more each way for what rounding may take.
+    raster.open(pixel(u - ru - 1, raster.width), pixel(v - rv - 1, raster.height), pixel(u + ru + 2, raster.width), pixel(v + rv + 2, raster.height));
+  }
+}
+
 bool has_simd(Simd simd) {
 #if defined(__x86_64__)
   static const bool avx2 = __builtin_cpu_supports("avx2");
@@ -494,13 +550,17 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const Vi
   raster.width = camera.width;
   raster.height = camera.height;
   raster.rows = (camera.height + 31) / 16 * 16;
-  raster.clear(workspace.coverage);
+  // Where nearly everything counts, uncovering takes longer than it saves.
+  const bool masked = options.unknown_alone && 2 * counted_.size() < list_.size();
+  raster.clear(workspace.coverage, masked);
   const Pose X_CG = X_WC.inverse() * geometry_.X_WG;
   Eigen::Matrix3d K;
   K << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
   raster.m.leftCols<3>() = K * X_CG.linear() * geometry_.voxel_size;
   raster.m.col(3) = K * X_CG.translation();
   const Eigen::Vector3d eye = geometry_.X_WG.inverse() * X_WC.translation() / geometry_.voxel_size;
+
+  if (masked) open_counted(raster, eye, options);
 
   // A ray is outside the box as long as it is beyond a side that faces the camera: those parts of the solids come first.
   for (int d = 0; d < 6; ++d) {
@@ -545,6 +605,7 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const Vi
   result.unknown_pixels = out.unknown_pixels;
   result.known_pixels = out.known_pixels;
   result.environment_pixels = out.environment_pixels;
+  if (options.unknown_alone) result.known_pixels = result.environment_pixels = result.occluder_pixels = 0;
 }
 
 VisibilityResult VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const ViewOptions& options) const {
@@ -557,7 +618,7 @@ VisibilityResult VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& came
 PairGain VisibilityScene::evaluate_pair(const Pose& X_WC, const StereoRig& rig, const PairOptions& options,
                                         VisibilityWorkspace& w) const {
   const std::uint32_t threshold = static_cast<std::uint32_t>(std::max(0, options.more_than_pixels));
-  const ViewOptions view{options.depth_min, options.depth_max, 0};
+  const ViewOptions view{options.depth_min, options.depth_max, 0, true};
   PairGain gain;
   const auto count = [&](VoxelPixels both) {
     gain.pixels += both.pixels;

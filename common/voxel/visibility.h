@@ -66,6 +66,9 @@ struct ViewOptions {
   // Of the voxel's centre along the optical axis, ends included [m]. The narrower, the faster: what lies beyond is not drawn.
   double depth_min = 0, depth_max = std::numeric_limits<double>::infinity();
   int more_than_pixels = 0;  // only voxels with more visible pixels are listed; sums are over all
+  // known_pixels, environment_pixels and occluder_pixels are 0; the lists and unknown_pixels are the same. Little that is
+  // unknown takes little time.
+  bool unknown_alone = false;
 };
 
 // Lists and sums are over the voxels that ViewOptions lets count.
@@ -166,7 +169,14 @@ class VisibilityScene {
     std::array<std::array<std::uint64_t, 8>, 6> free_face;  // voxels with that face uncovered; by direction as in Face
     std::array<std::uint64_t, 8> unknown, environment, watched;
   };
+  // A brick with unknown or watched voxels that have a free face.
+  struct Counted {
+    std::int32_t brick;          // of list_
+    std::uint8_t octants;        // of camera positions that such a face looks to; bit as in VisibilityBrick
+    float middle[3], extent[3];  // box around these voxels, in the grid [voxels]
+  };
   void list_voxels();
+  void open_counted(Raster& raster, const Eigen::Vector3d& eye, const ViewOptions& options) const;
   // Outward from the eye (grid frame, voxels).
   void order_bricks(const Eigen::Vector3d& eye, VisibilityWorkspace& workspace) const;
 
@@ -174,6 +184,7 @@ class VisibilityScene {
   Eigen::Vector3i bricks_{0, 0, 0};
   std::vector<Planes> planes_;            // of the bricks with a free face
   std::vector<VisibilityBrick> list_;     // the same for the kernel
+  std::vector<Counted> counted_;
   std::vector<std::uint32_t> codes_;
   std::size_t surface_ = 0;               // voxels with a free face
   std::size_t watched_ = 0;

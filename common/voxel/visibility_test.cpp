@@ -303,6 +303,57 @@ TEST(Visibility, RangeAndThresholdFilterTheList) {
   EXPECT_GT(dropped, 1000u);
 }
 
+// What is drawn where nothing counts is left out; the lists must be the same, in the same order.
+TEST(Visibility, UnknownAloneListsTheSame) {
+  Random random(23);
+  std::size_t listed = 0, left_out = 0;
+  const auto same = [&](const VoxelList& a, const VoxelList& b) {
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) ASSERT_TRUE(a[i].voxel == b[i].voxel && a[i].pixels == b[i].pixels) << i;
+  };
+  const auto compare = [&](const VisibilityScene& scene, const Pose& X_WC, const Pinhole& camera, ViewOptions options) {
+    for (Simd simd : {Simd::portable, Simd::avx2, Simd::avx512}) {
+      if (!has_simd(simd)) continue;
+      VisibilityWorkspace w;
+      w.simd = simd;
+      options.unknown_alone = false;
+      scene.evaluate(X_WC, camera, options, w, w.left);
+      options.unknown_alone = true;
+      scene.evaluate(X_WC, camera, options, w, w.right);
+      same(w.left.unknown, w.right.unknown);
+      same(w.left.watched, w.right.watched);
+      EXPECT_EQ(w.left.unknown_pixels, w.right.unknown_pixels);
+      EXPECT_EQ(w.right.known_pixels + w.right.environment_pixels + w.right.occluder_pixels, 0u);
+      listed += w.right.unknown.size() + w.right.watched.size();
+      left_out += w.left.known_pixels;
+    }
+  };
+  for (int looks : {1, 6}) {
+    const testing::CarvedObject object = carved_object(64, 0.5, looks);
+    const VisibilityScene scene(object.grid, object.occluders, object.watched);
+    for (const Pose& X_WC : testing::views_of(object, 0.5, 12, 3)) {
+      compare(scene, X_WC, testing::carved_object_camera(), {});
+      compare(scene, X_WC, testing::carved_object_camera(), {0.8, 1.3, 5});
+    }
+  }
+  for (int trial = 0; trial < 20; ++trial) {
+    // All known but a few: from outside, and from inside the box too.
+    OccupancyGrid grid = random_grid(random, {30, 26, 28}, 0.3);
+    const Eigen::Vector3i size = grid.geometry().size;
+    for (std::size_t i = 0; i < grid.known().size(); ++i) grid.known()[i] = grid.occupied()[i] & ~grid.environment()[i];
+    for (int i = 0; i < 12; ++i) {
+      const Eigen::Vector3i v(static_cast<int>(random.below(size.x())), static_cast<int>(random.below(size.y())), static_cast<int>(random.below(size.z())));
+      if (grid.state(v) == VoxelState::known) grid.set_state(v, VoxelState::unknown);
+    }
+    const Eigen::Vector3d middle = center(grid.geometry());
+    const VisibilityScene scene(grid, {Occluder::sphere(middle + Eigen::Vector3d(0.5, 0.1, 0.2), 0.1)});
+    compare(scene, random_view(random, grid.geometry(), 0.3, 1.2), kCamera, {});
+    compare(scene, look_along(middle, random.uniform(-3, 3), random.uniform(-1, 1)), kCamera, {});
+  }
+  EXPECT_GT(listed, 20000u);
+  EXPECT_GT(left_out, 1000000u);
+}
+
 TEST(Visibility, PairListsWhatBothEyesSee) {
   Random random(9);
   const OccupancyGrid grid = random_grid(random, {30, 30, 30}, 0.6);
