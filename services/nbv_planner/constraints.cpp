@@ -9,11 +9,8 @@
 namespace periplus::nbv {
 namespace {
 
+constexpr int kRegion = 32;          // voxels along each axis
 constexpr double kFloorSlack = 0.10;  // an object box that begins lower than this stands on the floor [m]
-
-double squared_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& lower, const Eigen::Vector3d& upper) {
-  return (lower - p).cwiseMax(p - upper).cwiseMax(0.0).squaredNorm();
-}
 
 }  // namespace
 
@@ -46,16 +43,24 @@ Constraints::Constraints(const Situation& situation, const voxel::VisibilityScen
     : situation_(situation), settings_(settings) {
   const voxel::GridGeometry& g = situation.grid->geometry();
   X_GW_ = g.X_WG.inverse();
-  std::map<std::array<int, 3>, Cluster> bricks;
+  std::map<std::array<int, 6>, Cluster> bricks;  // by region, then by brick
   for (std::uint32_t at : visibility.surface()) {
-    const Eigen::Vector3i v = visibility.voxel(at);
+    const Eigen::Vector3i v = visibility.voxel(at), b = v / 8, r = v / kRegion;
     const Eigen::Vector3d center = (v.cast<double>().array() + 0.5) * g.voxel_size;
-    auto [it, fresh] = bricks.try_emplace({v.x() / 8, v.y() / 8, v.z() / 8}, Cluster{center, center, {}});
-    it->second.lower = it->second.lower.cwiseMin(center);
-    it->second.upper = it->second.upper.cwiseMax(center);
+    auto [it, fresh] = bricks.try_emplace({r.x(), r.y(), r.z(), b.x(), b.y(), b.z()}, Cluster{{center, center}, {}});
+    it->second.include({center, center});
     it->second.centers_G.push_back(center);
   }
-  for (auto& [at, cluster] : bricks) clusters_.push_back(std::move(cluster));
+  std::array<int, 3> region{-1, -1, -1};
+  for (auto& [at, cluster] : bricks) {
+    if (const std::array<int, 3> own{at[0], at[1], at[2]}; own != region) {
+      regions_.push_back({{cluster.lower, cluster.upper}, clusters_.size(), clusters_.size()});
+      region = own;
+    }
+    regions_.back().include(cluster);
+    clusters_.push_back(std::move(cluster));
+    regions_.back().end = clusters_.size();
+  }
   double lowest = std::numeric_limits<double>::infinity();
   for (int c = 0; c < 8; ++c) {
     const Eigen::Vector3d corner(c & 1, c >> 1 & 1, c >> 2 & 1);
@@ -64,25 +69,39 @@ Constraints::Constraints(const Situation& situation, const voxel::VisibilityScen
   on_floor_ = lowest < kFloorSlack;
 }
 
+double Constraints::Box::squared_distance(const Eigen::Vector3d& p) const { return (lower - p).cwiseMax(p - upper).cwiseMax(0.0).squaredNorm(); }
+
+void Constraints::Box::include(const Box& other) {
+  lower = lower.cwiseMin(other.lower);
+  upper = upper.cwiseMax(other.upper);
+}
+
+template <class Far, class Call>
+bool Constraints::any_cluster(const Far& far, const Call& call) const {
+  for (const Region& r : regions_) {
+    if (far(r)) continue;
+    for (std::size_t i = r.first; i < r.end; ++i) {
+      if (!far(clusters_[i]) && call(clusters_[i])) return true;
+    }
+  }
+  return false;
+}
+
 double Constraints::nearest_voxel(const Eigen::Vector3d& p_W) const {
   const Eigen::Vector3d p = X_GW_ * p_W;
   double best = std::numeric_limits<double>::infinity();
   const auto scan = [&](const Cluster& c) {
     for (const auto& q : c.centers_G) best = std::min(best, (q - p).squaredNorm());
+    return false;
   };
-  const Cluster* first = nullptr;
-  double least = best;
-  for (const Cluster& c : clusters_) {
-    const double bound = squared_distance(p, c.lower, c.upper);
-    if (bound < least) {
-      least = bound;
-      first = &c;
-    }
+  const auto nearest = [&](auto begin, auto end) {
+    return std::min_element(begin, end, [&](const Box& a, const Box& b) { return a.squared_distance(p) < b.squared_distance(p); });
+  };
+  // The nearest box first: then few others are left.
+  if (const auto r = nearest(regions_.begin(), regions_.end()); r != regions_.end()) {
+    scan(*nearest(clusters_.begin() + static_cast<std::ptrdiff_t>(r->first), clusters_.begin() + static_cast<std::ptrdiff_t>(r->end)));
   }
-  if (first != nullptr) scan(*first);
-  for (const Cluster& c : clusters_) {
-    if (&c != first && squared_distance(p, c.lower, c.upper) < best) scan(c);
-  }
+  any_cluster([&](const Box& b) { return b.squared_distance(p) >= best; }, scan);
   return std::sqrt(best);
 }
 
@@ -107,15 +126,13 @@ bool Constraints::body_meets_voxels(const Pose& X_WB, const Eigen::Vector3d& hal
   const Pose X_BG = X_WB.inverse() * situation_.grid->geometry().X_WG;
   const double reach = situation_.grid->geometry().voxel_size / 2;
   const Eigen::Vector3d grown = half.array() + reach;
-  for (const Cluster& c : clusters_) {
-    const Eigen::Vector3d middle = X_BG * ((c.lower + c.upper) / 2);
-    const double radius = (c.upper - c.lower).norm() / 2;
-    if (((middle.cwiseAbs() - grown).array() > radius).any()) continue;
-    for (const auto& q : c.centers_G) {
-      if (((X_BG * q).cwiseAbs().array() <= grown.array()).all()) return true;
-    }
-  }
-  return false;
+  const auto far = [&](const Box& b) {
+    const Eigen::Vector3d middle = X_BG * ((b.lower + b.upper) / 2);
+    return ((middle.cwiseAbs() - grown).array() > (b.upper - b.lower).norm() / 2).any();
+  };
+  return any_cluster(far, [&](const Cluster& c) {
+    return std::any_of(c.centers_G.begin(), c.centers_G.end(), [&](const Eigen::Vector3d& q) { return ((X_BG * q).cwiseAbs().array() <= grown.array()).all(); });
+  });
 }
 
 bool Constraints::body_meets_grid_box(const Pose& X_WB, const Eigen::Vector3d& half) const {

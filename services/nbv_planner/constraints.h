@@ -54,14 +54,26 @@ class Constraints {
   bool body_meets_voxels(const Pose& X_WB, const Eigen::Vector3d& half) const;
   bool body_meets_grid_box(const Pose& X_WB, const Eigen::Vector3d& half) const;
 
-  struct Cluster {  // surface voxels of one brick
-    Eigen::Vector3d lower, upper;            // of their centres, grid frame
+  struct Box {  // around voxels' centres, grid frame
+    Eigen::Vector3d lower, upper;
+
+    double squared_distance(const Eigen::Vector3d& p_G) const;
+    void include(const Box& other);
+  };
+  struct Cluster : Box {  // surface voxels of one brick
     std::vector<Eigen::Vector3d> centers_G;
   };
+  struct Region : Box {  // clusters [first, end) of neighbouring bricks
+    std::size_t first = 0, end = 0;
+  };
+  // Calls for clusters whose box may be met; `far` says of a box that it is not.
+  template <class Far, class Call>
+  bool any_cluster(const Far& far, const Call& call) const;
   const Situation& situation_;
   ConstraintSettings settings_;
   Pose X_GW_;
   std::vector<Cluster> clusters_;
+  std::vector<Region> regions_;
   bool on_floor_ = false;
 };
 

@@ -13,6 +13,7 @@ constexpr double kCell = 4 * kOneDegree;
 constexpr int kAzimuths = 90, kElevations = 46;  // of the histogram; elevations about the horizon, a cell more at each end
 constexpr int kWrapped = 46;                     // azimuths that are there twice
 constexpr int kWeightUnit = 256;
+constexpr double kNearlyLevel = 4 * kOneDegree;
 
 float dot(const float* a, const Eigen::Vector3f& p) { return a[0] * p.x() + a[1] * p.y() + a[2] * p.z(); }
 
@@ -55,6 +56,33 @@ Pose left_eye(const Eigen::Vector3d& p_W, const Angles& a, double baseline) {
 
 Eigen::Vector3d middle_of_eyes(const Pose& X_WC, double baseline) { return X_WC * Eigen::Vector3d(baseline / 2, 0, 0); }
 
+template <class Call>
+void ListScene::for_each_fine(std::uint32_t voxel, const Call& call) const {
+  const Eigen::Vector3i first = scene_.voxel(voxel) * step_;
+  const voxel::VisibilityScene& fine = evaluator_.visibility();
+  const Eigen::Vector3i end = (first.array() + step_).min(fine.geometry().size.array());
+  for (int x = first.x(); x < end.x(); ++x) {
+    for (int y = first.y(); y < end.y(); ++y) {
+      for (int z = first.z(); z < end.z(); ++z) call(fine.index(Eigen::Vector3i(x, y, z)));
+    }
+  }
+}
+
+double ListScene::weight(std::uint32_t voxel) const {
+  if (step_ == 1) return evaluator_.weight(voxel);
+  if (!evaluator_.weighted()) return step_ * step_;
+  double sum = 0;
+  for_each_fine(voxel, [&](std::uint32_t fine) { sum += evaluator_.weight(fine); });
+  return sum / step_;  // of those in one layer
+}
+
+template <class Call>
+void ListScene::for_each_mark(const voxel::VoxelPixels& v, const Call& call) const {
+  for_each_fine(v.voxel, [&](std::uint32_t fine) {
+    if (const Evaluator::Mark* mark = evaluator_.mark(fine); mark != nullptr) call(fine, v.pixels / double(step_ * step_), *mark);
+  });
+}
+
 void VisibleList::make_room(int size) {
   const std::size_t room = (static_cast<std::size_t>(size) + 15) / 16 * 16;
   if (x_.size() >= room) return;
@@ -81,19 +109,19 @@ void VisibleList::add(const Eigen::Vector3f& p, float weight) {
   pad();
 }
 
-void VisibleList::take(std::span<const voxel::VoxelPixels> seen, double scale, const Eigen::Vector3d& p_W, const Evaluator& evaluator) {
+void VisibleList::take(std::span<const voxel::VoxelPixels> seen, double scale, const Eigen::Vector3d& p_W, const ListScene& of) {
   index_.resize(seen.size());
   make_room(static_cast<int>(seen.size()));
   for (std::size_t i = 0; i < seen.size(); ++i) {
     index_[i] = seen[i].voxel;
     weight_[i] = static_cast<std::int32_t>(seen[i].pixels);
   }
-  place(static_cast<int>(seen.size()), scale, p_W, evaluator);
+  place(static_cast<int>(seen.size()), scale, p_W, of);
 }
 
 void VisibleList::take_both(std::span<const voxel::VoxelPixels> left, std::span<const voxel::VoxelPixels> right, double scale,
-                            const Eigen::Vector3d& p_W, const Evaluator& evaluator) {
-  const Eigen::Vector3i& size = evaluator.visibility().geometry().size;
+                            const Eigen::Vector3d& p_W, const ListScene& of) {
+  const Eigen::Vector3i& size = of.scene().geometry().size;
   marked_.resize(static_cast<std::size_t>(size.x()) * size.y() * size.z() / 64 + 1, 0);
   for (const voxel::VoxelPixels& v : left) marked_[v.voxel / 64] |= std::uint64_t{1} << v.voxel % 64;
   index_.resize(right.size() + 1);
@@ -105,11 +133,11 @@ void VisibleList::take_both(std::span<const voxel::VoxelPixels> left, std::span<
     n += marked_[v.voxel / 64] >> v.voxel % 64 & 1;
   }
   for (const voxel::VoxelPixels& v : left) marked_[v.voxel / 64] = 0;
-  place(n, scale, p_W, evaluator);
+  place(n, scale, p_W, of);
 }
 
-void VisibleList::place(int n, double scale, const Eigen::Vector3d& p_W, const Evaluator& evaluator) {
-  const voxel::GridGeometry& g = evaluator.visibility().geometry();
+void VisibleList::place(int n, double scale, const Eigen::Vector3d& p_W, const ListScene& of) {
+  const voxel::GridGeometry& g = of.scene().geometry();
   VoxelPlacement placement;
   placement.size_y = g.size.y();
   placement.size_z = g.size.z();
@@ -120,13 +148,13 @@ void VisibleList::place(int n, double scale, const Eigen::Vector3d& p_W, const E
     placement.m[r][3] = static_cast<float>(origin[r]);
   }
   place_voxels(index_.data(), n, placement, x_.data(), y_.data(), z_.data(), simd);
-  const bool pixels = evaluator.settings().quantification == Quantification::pixels;
-  if (!pixels && !evaluator.weighted()) {
-    std::fill_n(weight_.begin(), n, kWeightUnit);
+  const bool pixels = of.evaluator().settings().quantification == Quantification::pixels;
+  if (!pixels && !of.evaluator().weighted()) {
+    std::fill_n(weight_.begin(), n, of.pixels() * kWeightUnit);
   } else {
     for (int i = 0; i < n; ++i) {
-      const double count = pixels ? weight_[i] / (scale * scale) : 1;
-      weight_[i] = static_cast<std::int32_t>(std::lround(count * evaluator.weight(index_[i]) * kWeightUnit));
+      const double count = pixels ? weight_[i] / (scale * scale * of.pixels()) : 1;
+      weight_[i] = static_cast<std::int32_t>(std::lround(count * of.weight(index_[i]) * kWeightUnit));
     }
   }
   size_ = n;
@@ -156,16 +184,16 @@ OrientationCost::OrientationCost(const Evaluator& evaluator) : evaluator_(evalua
   idle_ = !evaluator.landmark_term() && s.forbidden.empty() && (l.motion == 0 || !s.X_WC_now) && (l.reach == 0 || !s.reachability);
 }
 
-void OrientationCost::place(const Eigen::Vector3d& p_W, std::span<const voxel::VoxelPixels> watched, double scale, double greatest) {
+void OrientationCost::place(const Eigen::Vector3d& p_W, std::span<const voxel::VoxelPixels> watched, double scale, double greatest, const ListScene& of) {
   greatest_ = greatest;
   p_W_ = p_W;
   landmarks_.clear();
   if (!evaluator_.landmark_term()) return;
   const voxel::VisibilityScene& scene = evaluator_.visibility();
   for (const voxel::VoxelPixels& v : watched) {
-    const Evaluator::Mark* mark = evaluator_.mark(v.voxel);
-    if (mark == nullptr) continue;
-    landmarks_.push_back({(scene.geometry().center_world(scene.voxel(v.voxel)) - p_W).cast<float>(), v.pixels / (scale * scale), mark});
+    of.for_each_mark(v, [&](std::uint32_t voxel, double pixels, const Evaluator::Mark& mark) {
+      landmarks_.push_back({(scene.geometry().center_world(scene.voxel(voxel)) - p_W).cast<float>(), pixels / (scale * scale), &mark});
+    });
   }
 }
 
@@ -278,6 +306,11 @@ Aim OrientationSearch::compass(const VisibleList& list, const OrientationCost& c
         }
       }
     }
+  }
+  // A level view shows whole layers of the grid: often a peak too narrow for steps.
+  if (best.angles.pitch != 0 && std::abs(best.angles.pitch) < kNearlyLevel) {
+    const Aim aim = evaluate(list, cost, {best.angles.yaw, 0, best.angles.roll});
+    if (aim.value > best.value) best = aim;
   }
   return best;
 }

@@ -34,6 +34,34 @@ struct Angles {
 Pose left_eye(const Eigen::Vector3d& p_W, const Angles& angles, double baseline);
 Eigen::Vector3d middle_of_eyes(const Pose& X_WC, double baseline);
 
+// What is rendered for a list, and what its voxels stand for in the evaluator's grid.
+class ListScene {
+ public:
+  // The evaluator's own scene.
+  ListScene(const Evaluator& evaluator) : evaluator_(evaluator), scene_(evaluator.visibility()) {}  // NOLINT: the usual one
+  // Of that grid coarsened once (voxel/coarsen.h): a voxel is worth four, which is how many of a surface it stands for.
+  ListScene(const Evaluator& evaluator, const voxel::VisibilityScene& coarse) : evaluator_(evaluator), scene_(coarse), step_(2) {}
+
+  const Evaluator& evaluator() const { return evaluator_; }
+  const voxel::VisibilityScene& scene() const { return scene_; }
+  double voxel_size() const { return scene_.geometry().voxel_size; }
+  // Pixels of a voxel that is seen as large as one of the evaluator's with one pixel.
+  int pixels() const { return step_ * step_; }
+  // What seeing a voxel is worth.
+  double weight(std::uint32_t voxel) const;
+  // Calls with the evaluator's voxel and its pixels for each mark in a watched voxel.
+  template <class Call>
+  void for_each_mark(const voxel::VoxelPixels& v, const Call& call) const;
+
+ private:
+  template <class Call>
+  void for_each_fine(std::uint32_t voxel, const Call& call) const;
+
+  const Evaluator& evaluator_;
+  const voxel::VisibilityScene& scene_;
+  int step_ = 1;
+};
+
 // Points relative to a place, world axes [m], each with a weight.
 class VisibleList {
  public:
@@ -44,10 +72,10 @@ class VisibleList {
   void add(const Eigen::Vector3f& p, float weight = 1);
   // The voxels that a rendering lists, relative to p_W, each with its weight; where pixels are what counts
   // (Quantification), each with its pixels too, of which `scale` squared make one of the camera's.
-  void take(std::span<const voxel::VoxelPixels> seen, double scale, const Eigen::Vector3d& p_W, const Evaluator& evaluator);
+  void take(std::span<const voxel::VoxelPixels> seen, double scale, const Eigen::Vector3d& p_W, const ListScene& of);
   // Those that both eyes' renderings list.
   void take_both(std::span<const voxel::VoxelPixels> left, std::span<const voxel::VoxelPixels> right, double scale, const Eigen::Vector3d& p_W,
-                 const Evaluator& evaluator);
+                 const ListScene& of);
 
   // Sum of the weights of the points in the window.
   double sum(const WindowPlanes& window) const;
@@ -61,7 +89,7 @@ class VisibleList {
   void make_room(int size);
   void pad();
   // The first `count` of index_; their pixels in weight_.
-  void place(int count, double scale, const Eigen::Vector3d& p_W, const Evaluator& evaluator);
+  void place(int count, double scale, const Eigen::Vector3d& p_W, const ListScene& of);
 
   int size_ = 0;
   std::vector<float> x_, y_, z_;
@@ -76,7 +104,7 @@ class OrientationCost {
 
   // The landmarks that a rendering saw from p_W; `scale` is the rendering's focal length by the camera's, `greatest` the largest
   // value met so far (3.2.1.5).
-  void place(const Eigen::Vector3d& p_W, std::span<const voxel::VoxelPixels> watched, double scale, double greatest);
+  void place(const Eigen::Vector3d& p_W, std::span<const voxel::VoxelPixels> watched, double scale, double greatest, const ListScene& of);
   // To be taken from the value of the list. 0 where there is nothing of the kind.
   double operator()(const Angles& angles, const WindowPlanes& window) const;
 

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
+#include "common/voxel/coarsen.h"
 #include "services/nbv_planner/testing/situations.h"
 
 namespace periplus::nbv {
@@ -139,6 +141,41 @@ TEST(Orientation, ListOfARenderingIsWhatThePairCounts) {
   }
 }
 
+TEST(Orientation, LevelIsTriedWhereStepsWouldMissIt) {
+  const Situation s = testing::patch_at_plus_x();
+  const Evaluator evaluator(s, {}, {});
+  const OrientationCost cost(evaluator);
+  const PairWindow window = PairWindow::of(kRig, {});
+  VisibleList points;  // two rows just inside the image's upper and lower bounds when the camera is level
+  const float edge = 1.2f * static_cast<float>(window.tan_vertical) * 0.9999f;
+  for (int i = -10; i <= 10; ++i) {
+    for (float z : {-edge, edge}) points.add(Eigen::Vector3f(1.2f, 0.01f * static_cast<float>(i), z));
+  }
+  OrientationSearch search(window, {});
+  const Aim found = search.compass(points, cost, search.evaluate(points, cost, {0, 0.031, 0}), 0.02, 0.005);
+  EXPECT_EQ(found.angles.pitch, 0);
+  EXPECT_EQ(found.value, 42);
+}
+
+TEST(Orientation, ListOfACoarseSceneIsWorthTheSame) {
+  const Situation s = testing::patch_at_plus_x();
+  const Evaluator evaluator(s, {}, {});
+  const PairWindow window = PairWindow::of(s.rig, evaluator.settings().pair);
+  const voxel::VisibilityScene coarse(voxel::coarsen(*s.grid));
+  voxel::VisibilityWorkspace w;
+  const Eigen::Vector3d p(1.2, 0, 1.1);
+  const Angles a{std::numbers::pi, 0, 0};
+  const auto value = [&](const ListScene& of) {
+    of.scene().evaluate(left_eye(p, a, 0), s.rig.camera, {0, 10, 0, true}, w, w.left);
+    VisibleList list;
+    list.take({w.left.unknown.begin(), w.left.unknown.end()}, 1, p, of);
+    return list.sum(window.planes(a.yaw, a.pitch));
+  };
+  const double fine = value(evaluator);
+  EXPECT_GT(fine, 200);
+  EXPECT_NEAR(value({evaluator, coarse}), fine, 0.15 * fine);  // its bounds are rounded to the coarse voxels
+}
+
 TEST(Orientation, ForbiddenPosesAndWeightsCount) {
   Situation s = testing::patch_at_plus_x();
   const VisibleList points = two_clusters();
@@ -148,7 +185,7 @@ TEST(Orientation, ForbiddenPosesAndWeightsCount) {
   s.forbidden.push_back(left_eye(p, {0.6, 0, 0}, kRig.baseline));
   const Evaluator evaluator(s, {}, {});
   OrientationCost cost(evaluator);
-  cost.place(p, {}, 1, 150);
+  cost.place(p, {}, 1, 150, evaluator);
   const Aim o = search.compass(points, cost, search.histogram(points, cost, {1, 0, 0}), 3 * kRadiansPerDegree, 1 * kRadiansPerDegree);
   EXPECT_FALSE(evaluator.constraints().forbidden(left_eye(p, o.angles, kRig.baseline)));
   VisibleList heavy;

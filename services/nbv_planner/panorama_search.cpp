@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "common/core/error.h"
+#include "common/object_model/object_model.h"
+#include "common/voxel/coarsen.h"
 #include "services/nbv_planner/local_search.h"
 #include "services/nbv_planner/orientation.h"
 #include "services/nbv_planner/search_frame.h"
@@ -21,11 +23,16 @@ constexpr double kPanoramaDistance = 1.2; // [m]
 constexpr double kGreatestFocal = 1300;   // keeps a panorama under 4096 px [px]
 constexpr double kHalfWidth = 57 * kRadian, kHalfHeight = 50 * kRadian;  // of a panorama, at most
 constexpr double kWidePixels = 12;        // a voxel's width in a wide rendering at 1 m, at least
-constexpr double kWideMargin = 0.06;      // tangent of what a wide rendering shows beyond the camera's image
+constexpr double kCoarseWidePixels = 6;   // of one of the coarse grid
+constexpr double kWideMargin = 0.04;      // tangent of what a wide rendering shows beyond the camera's image
 constexpr double kPanoramaNear = 0.2;     // along a panorama's own axis [m]
 constexpr double kDepthSlack = 0.12;      // of the depth range of a wide rendering, whose axis is not yet the view's [m]
 constexpr double kApart = 0.08;           // places that are looked at with both eyes [m]
-constexpr double kLeastEffort = 0.3;
+constexpr double kFineApart = 0.08;     // places of the coarse grid that are looked at in the fine one [m]
+constexpr double kLevelled = 14 * kRadian;  // of a view that is tried from as high as what it looks at
+constexpr double kUsualBox = 1.2;         // horizontal diagonal of a box that the numbers of the settings are for [m]
+constexpr double kVeryMuch = 5;           // times much_from: from there on fewer places are searched
+constexpr double kFewPlaces = 1.7, kMostPlaces = 4;  // times as many positions with fewer faces than much_from
 constexpr double kWorst = -1e9;
 
 // A place between the eyes with the orientation that was chosen there.
@@ -64,10 +71,15 @@ class PanoramaSearch {
     const Evaluator& e = frame.evaluator;
     const PairWindow window = PairWindow::of(frame.situation.rig, e.settings().pair);
     for (int i = 0; i < frame.runner.workers(); ++i) workers_.push_back({OrientationSearch(window, frame.situation.limits), {}, OrientationCost(e)});
+    if (much(settings, e)) {
+      coarse_.emplace(voxel::coarsen(*e.judged().grid), object_model::occluders_of(frame.situation.scene), coarse_marks());
+    }
     // A point in a view's window lies no farther than this, along any axis.
     list_depth_max_ = window.depth_max * std::sqrt(1 + window.tan_horizontal * window.tan_horizontal + window.tan_vertical * window.tan_vertical);
     find_unknown_box();
-    wide_camera();
+    const double h = e.visibility().geometry().voxel_size;
+    wide_ = wide_camera(h, kWidePixels);
+    coarse_wide_ = wide_camera(2 * h, kCoarseWidePixels);
   }
 
   PlannedView run() {
@@ -82,12 +94,15 @@ class PanoramaSearch {
     std::vector<Look> looks = both_eyes();
     frame_.end_stage("both eyes", 0.6);
     if (!frame_.faces.empty()) {
-      looks = polish(spread(looks, settings_.starts, 0.15), settings_.position_evaluations, 0.1, 0.06);
+      polish(spread(looks, settings_.starts, 0.15), settings_.position_evaluations, 0.1, 0.06, true);
       // Fewer each time, with a smaller step.
+      level(looks_, true);
+      if (coarse_) look_finely();
+      looks = looks_;
       int finalists = settings_.finalists;
       double step = 0.05;
       for (int round = 0; round < settings_.final_rounds; ++round, finalists = std::max(1, finalists / 2), step *= 0.6) {
-        looks = polish(spread(looks, finalists, step), settings_.final_evaluations, step, 0.08);
+        looks = polish(spread(looks, finalists, step), settings_.final_evaluations, step, 0.08, false);
       }
     }
     frame_.end_stage("positions", 0.8);
@@ -98,27 +113,52 @@ class PanoramaSearch {
   }
 
  private:
-  // Renderings of a large surface take long, and where so much is unknown, once the place is found little is left to be won.
+  static bool much(const PanoramaSettings& s, const Evaluator& evaluator) {
+    return evaluator.visibility().unknown_face_count() >= static_cast<std::size_t>(s.much_from);
+  }
+
+  // panorama_search.h, PanoramaSettings: what the numbers stand for depends on what is to be seen.
   static PanoramaSettings with_effort(PanoramaSettings s, const Evaluator& evaluator) {
-    if (s.full_effort_voxels == 0) return s;
-    const double effort = std::clamp(s.full_effort_voxels / std::max(1.0, double(evaluator.visibility().surface().size())), kLeastEffort, 1.0);
-    const auto take_down = [&](int& n) {
-      if (n > 0) n = std::max(1, static_cast<int>(std::lround(n * effort)));
+    const voxel::GridGeometry& g = evaluator.visibility().geometry();
+    const double faces = std::max<double>(1, static_cast<double>(evaluator.visibility().unknown_face_count()));
+    const auto scale = [](std::initializer_list<int*> numbers, double factor) {
+      for (int* n : numbers) *n = static_cast<int>(std::ceil(*n * factor));
     };
-    take_down(s.starts);
-    take_down(s.finalists);
-    take_down(s.exact);
+    scale({&s.positions, &s.kept, &s.wide, &s.starts, &s.finalists}, std::clamp(g.size.head<2>().cast<double>().norm() * g.voxel_size / kUsualBox, 1.0, 2.0));
+    if (much(s, evaluator)) {
+      scale({&s.wide, &s.starts, &s.finalists}, std::clamp(kVeryMuch * s.much_from / faces, 0.5, 1.0));
+    } else {
+      scale({&s.positions}, std::clamp(kFewPlaces * s.much_from / faces, kFewPlaces, kMostPlaces));
+      scale({&s.final_rounds, &s.exact_evaluations}, 2);
+      scale({&s.exact}, 4);
+    }
     return s;
   }
 
+  // Shows more than the camera, so that the view may still be turned.
+  struct WideCamera {
+    Pinhole camera;
+    double scale = 1;
+  };
   struct Worker {
     OrientationSearch orientation;
     VisibleList list;
     OrientationCost cost;
   };
 
+  // The coarse one only where there is one.
+  ListScene scene(bool coarse) const { return coarse && coarse_ ? ListScene(frame_.evaluator, *coarse_) : ListScene(frame_.evaluator); }
+
   bool feasible(const Look& look) const {
     return frame_.evaluator.constraints().check(left_eye(look.p_W, look.angles(), frame_.situation.rig.baseline)) == Violation::none;
+  }
+
+  std::vector<Eigen::Vector3i> coarse_marks() const {
+    std::vector<Eigen::Vector3i> voxels;
+    for (const auto& l : frame_.situation.landmarks) {
+      if (l.p_W.allFinite()) voxels.push_back(frame_.situation.grid->geometry().voxel_of(l.p_W) / 2);
+    }
+    return voxels;
   }
 
   // The box of the unknown voxels that can be seen, or of the whole grid if there are none; world corners.
@@ -143,19 +183,23 @@ class PanoramaSearch {
     middle_ = (corners_.front() + corners_.back()) / 2;
   }
 
-  void wide_camera() {
+  WideCamera wide_camera(double voxel_size, double voxel_pixels) const {
     const Pinhole& camera = frame_.situation.rig.camera;
-    const double h = frame_.evaluator.visibility().geometry().voxel_size;
-    wide_scale_ = std::clamp(kWidePixels / (h * camera.fx), 0.35, 1.0);
-    wide_.fx = camera.fx * wide_scale_;
-    wide_.fy = camera.fy * wide_scale_;
-    wide_.width = static_cast<int>(2 * (camera.width / 2.0 / camera.fx + kWideMargin) * wide_.fx) / 2 * 2;
-    wide_.height = static_cast<int>(2 * (camera.height / 2.0 / camera.fy + kWideMargin) * wide_.fy) / 2 * 2;
-    wide_.cx = (wide_.width - 1) / 2.0;
-    wide_.cy = (wide_.height - 1) / 2.0;
+    WideCamera wide;
+    wide.scale = std::clamp(voxel_pixels / (voxel_size * camera.fx), 0.35, 1.0);
+    wide.camera.fx = camera.fx * wide.scale;
+    wide.camera.fy = camera.fy * wide.scale;
+    wide.camera.width = static_cast<int>(2 * (camera.width / 2.0 / camera.fx + kWideMargin) * wide.camera.fx) / 2 * 2;
+    wide.camera.height = static_cast<int>(2 * (camera.height / 2.0 / camera.fy + kWideMargin) * wide.camera.fy) / 2 * 2;
+    wide.camera.cx = (wide.camera.width - 1) / 2.0;
+    wide.camera.cy = (wide.camera.height - 1) / 2.0;
+    return wide;
   }
 
-  int threshold(double scale) const { return static_cast<int>(frame_.evaluator.settings().pair.more_than_pixels * scale * scale); }
+  // Pixels that a voxel must show more than, at that share of the camera's focal length.
+  int threshold(double scale, const ListScene& of) const {
+    return static_cast<int>(std::lround(frame_.evaluator.settings().pair.more_than_pixels * scale * scale * of.pixels()));
+  }
 
   // The best orientation at a place, from one rendering of all the unknown.
   Look panorama(const Eigen::Vector3d& p_W, double last_step, int worker) {
@@ -179,7 +223,8 @@ class PanoramaSearch {
       v0 = std::min(v0, q.y() / q.z());
       v1 = std::max(v1, q.y() / q.z());
     }
-    const double h = frame_.evaluator.visibility().geometry().voxel_size;
+    const ListScene of = scene(true);
+    const double h = of.voxel_size();
     const double focal = std::min({camera.fx, kPanoramaPixels * kPanoramaDistance / h, kGreatestFocal});
     u0 = std::clamp(u0, -limit_u, limit_u - 0.1);
     u1 = std::clamp(u1, u0 + 0.1, limit_u);
@@ -192,11 +237,11 @@ class PanoramaSearch {
     wide.width = static_cast<int>(wide.cx + u1 * focal) + 2;
     wide.height = static_cast<int>(wide.cy + v1 * focal) + 2;
     const double scale = focal / camera.fx;
-    frame_.evaluator.visibility().evaluate(X_WP, wide, {kPanoramaNear, list_depth_max_, threshold(scale)}, visibility, visibility.left);
+    of.scene().evaluate(X_WP, wide, {kPanoramaNear, list_depth_max_, threshold(scale, of), true}, visibility, visibility.left);
     const auto& seen = visibility.left;
     w.list.simd = visibility.simd;
-    w.list.take({seen.unknown.begin(), seen.unknown.end()}, scale, p_W, frame_.evaluator);
-    w.cost.place(p_W, {seen.watched.begin(), seen.watched.end()}, scale, frame_.greatest);
+    w.list.take({seen.unknown.begin(), seen.unknown.end()}, scale, p_W, of);
+    w.cost.place(p_W, {seen.watched.begin(), seen.watched.end()}, scale, frame_.greatest, of);
     Look look;
     look.p_W = p_W;
     look.evaluations = 1;
@@ -207,25 +252,26 @@ class PanoramaSearch {
   }
 
   // Both eyes rendered wider than their images around an orientation, and the best orientation for what both see.
-  Look pair(const Eigen::Vector3d& p_W, const Angles& around, double first, double last, bool kicks, int worker) {
+  Look pair(const Eigen::Vector3d& p_W, const Angles& around, double first, double last, bool kicks, int worker, bool coarse) {
     Worker& w = workers_[worker];
     voxel::VisibilityWorkspace& visibility = frame_.workspaces[worker].visibility;
     const double baseline = frame_.situation.rig.baseline;
     const Pose X_left = left_eye(p_W, around, baseline);
-    const auto& scene = frame_.evaluator.visibility();
+    const ListScene of = scene(coarse);
+    const auto& [camera, scale] = coarse && coarse_ ? coarse_wide_ : wide_;
     const voxel::ViewOptions options{frame_.evaluator.settings().pair.depth_min - kDepthSlack, frame_.evaluator.settings().pair.depth_max + kDepthSlack,
-                                     threshold(wide_scale_)};
-    scene.evaluate(X_left, wide_, options, visibility, visibility.left);
+                                     threshold(scale, of), true};
+    of.scene().evaluate(X_left, camera, options, visibility, visibility.left);
     const auto& left = visibility.left;
     w.list.simd = visibility.simd;
     if (baseline > 0) {
-      scene.evaluate(X_left * Pose(Eigen::Translation3d(baseline, 0, 0)), wide_, options, visibility, visibility.right);
+      of.scene().evaluate(X_left * Pose(Eigen::Translation3d(baseline, 0, 0)), camera, options, visibility, visibility.right);
       const auto& right = visibility.right;
-      w.list.take_both({left.unknown.begin(), left.unknown.end()}, {right.unknown.begin(), right.unknown.end()}, wide_scale_, p_W, frame_.evaluator);
+      w.list.take_both({left.unknown.begin(), left.unknown.end()}, {right.unknown.begin(), right.unknown.end()}, scale, p_W, of);
     } else {
-      w.list.take({left.unknown.begin(), left.unknown.end()}, wide_scale_, p_W, frame_.evaluator);
+      w.list.take({left.unknown.begin(), left.unknown.end()}, scale, p_W, of);
     }
-    w.cost.place(p_W, {left.watched.begin(), left.watched.end()}, wide_scale_, frame_.greatest);
+    w.cost.place(p_W, {left.watched.begin(), left.watched.end()}, scale, frame_.greatest, of);
     Look look;
     look.p_W = p_W;
     look.evaluations = 1;
@@ -293,6 +339,7 @@ class PanoramaSearch {
       const Look& from = around[i / settings_.each];
       Eigen::Vector3d p = from.p_W + radius * Eigen::Vector3d(random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5), random.uniform(-1, 1));
       p.z() = std::clamp(p.z(), l.height_min, l.height_max);
+      frame_.move_back(p, from.yaw);
       if (frame_.evaluator.constraints().check_position(p, from.yaw) != Violation::none) return Look{};
       return panorama(p, 1.4 * kRadian, worker);
     });
@@ -303,7 +350,7 @@ class PanoramaSearch {
   std::vector<Look> both_eyes() {
     const std::vector<Look> around = spread(looks_, std::max(1, std::min(settings_.wide, frame_.left() / 3)), kApart);
     const auto looks = frame_.runner.map<Look>(static_cast<int>(around.size()), [&](int i, int worker) {
-      return pair(around[i].p_W, around[i].angles(), 4 * kRadian, 0.9 * kRadian, true, worker);
+      return pair(around[i].p_W, around[i].angles(), 4 * kRadian, 0.9 * kRadian, true, worker, true);
     }, 1);
     looks_.clear();
     take(looks, "both eyes");
@@ -313,12 +360,12 @@ class PanoramaSearch {
   }
 
   // Nelder-Mead over x, y, z from each, with the orientation chosen at each position; results with those that were improved.
-  std::vector<Look> polish(const std::vector<Look>& starts, int evaluations, double step, double end) {
+  std::vector<Look> polish(const std::vector<Look>& starts, int evaluations, double step, double end, bool coarse) {
     if (starts.empty()) return starts;
     const int budget = std::min(evaluations, frame_.left() * 2 / 3 / static_cast<int>(starts.size()));
     if (budget < 5) return starts;
     const auto looks = frame_.runner.map<Look>(static_cast<int>(starts.size()), [&](int i, int worker) {
-      return polish_one(starts[i], budget, step, end, worker);
+      return polish_one(starts[i], budget, step, end, coarse, worker);
     });
     looks_.clear();
     take(looks, "positions");
@@ -328,13 +375,51 @@ class PanoramaSearch {
     return looks_;
   }
 
-  Look polish_one(const Look& start, int budget, double step, double end, int worker) {
+  // The best of the coarse grid, in the fine one.
+  void look_finely() {
+    const std::vector<Look> best = spread(looks_, std::clamp(frame_.left() / 3, 1, 2 * settings_.finalists + 8), kFineApart);
+    const auto looks = frame_.runner.map<Look>(static_cast<int>(best.size()), [&](int i, int worker) {
+      return pair(best[i].p_W, best[i].angles(), 1.2 * kRadian, 0.15 * kRadian, false, worker, false);
+    }, 1);
+    looks_.clear();
+    take(looks, "fine");
+    if (looks_.empty()) looks_ = best;
+  }
+
+  // From as high as what is looked at: of the best that look a little up or down.
+  void level(const std::vector<Look>& looks, bool coarse) {
+    std::vector<Look> starts;
+    for (const Look& s : spread(looks, settings_.finalists, 0.1)) {
+      if (static_cast<int>(starts.size()) >= frame_.left() / 4) break;
+      if (s.pitch != 0 && std::abs(s.pitch) < kLevelled) starts.push_back(s);
+    }
+    const auto found = frame_.runner.map<Look>(static_cast<int>(starts.size()), [&](int i, int worker) {
+      const Look& s = starts[i];
+      const Eigen::Vector3d p = levelled(s);
+      if (frame_.evaluator.constraints().check_position(p, s.yaw) != Violation::none) return Look{};
+      return pair(p, {s.yaw, 0, s.roll}, 0.6 * kRadian, 0.3 * kRadian, false, worker, coarse);
+    });
+    take(found, "level");
+  }
+
+  // As high as what is looked at.
+  Eigen::Vector3d levelled(const Look& look) const {
+    const robot::ViewLimits& l = frame_.situation.limits;
+    Eigen::Vector3d p = look.p_W;
+    p.z() = std::clamp(p.z() - target_distance(look) * std::tan(look.pitch), l.height_min, l.height_max);
+    return p;
+  }
+
+  // What a view looks at lies about so far away [m].
+  double target_distance(const Look& look) const { return std::clamp(frame_.evaluator.constraints().nearest_voxel(look.p_W) + 0.1, 0.6, 2.5); }
+
+  Look polish_one(const Look& start, int budget, double step, double end, bool coarse, int worker) {
     const robot::ViewLimits& l = frame_.situation.limits;
     Look best = start;
     int evaluations = 0;
     const Eigen::Vector3d forward(std::cos(start.yaw), std::sin(start.yaw), 0), left(-forward.y(), forward.x(), 0);
     // What the start looks at: further positions begin with it in the middle.
-    const double distance = std::clamp(frame_.evaluator.constraints().nearest_voxel(start.p_W) + 0.1, 0.6, 2.5);
+    const double distance = target_distance(start);
     const auto value = [&](const std::vector<double>& x) {
       if (x[0] == 0 && x[1] == 0 && x[2] == 0) return -start.value;  // looked at already
       Eigen::Vector3d p = start.p_W + x[0] * forward + x[1] * left + Eigen::Vector3d(0, 0, x[2]);
@@ -345,7 +430,7 @@ class PanoramaSearch {
       }
       const Eigen::Vector3d d = best.p_W + distance * best.angles().forward() - p;
       const Angles around{std::atan2(d.y(), d.x()), std::clamp(std::atan2(-d.z(), std::hypot(d.x(), d.y())), l.pitch_min, l.pitch_max), best.roll};
-      const Look look = pair(p, around, 2.4 * kRadian, 0.5 * kRadian, false, worker);
+      const Look look = pair(p, around, 2.4 * kRadian, 0.15 * kRadian, false, worker, coarse);
       ++evaluations;
       if (!look.feasible) return frame_.greatest;
       if (look.value > best.value) best = look;
@@ -366,7 +451,10 @@ class PanoramaSearch {
 
   void exact(const std::vector<Look>& looks) {
     std::vector<Pose> poses;
-    for (const Look& l : spread(looks, std::max(settings_.exact, 2), 0.02)) poses.push_back(left_eye(l.p_W, l.angles(), frame_.situation.rig.baseline));
+    for (const Look& l : spread(looks, std::max(settings_.exact, 2), 0.02)) {
+      poses.push_back(left_eye(l.p_W, l.angles(), frame_.situation.rig.baseline));
+      if (l.pitch != 0 && std::abs(l.pitch) < kLevelled) poses.push_back(left_eye(levelled(l), {l.yaw, 0, l.roll}, frame_.situation.rig.baseline));
+    }
     std::vector<Candidate> candidates = frame_.evaluate(poses, 1);
     for (const Candidate& c : candidates) {
       frame_.offer(c);
@@ -397,13 +485,13 @@ class PanoramaSearch {
     const robot::ViewLimits& l = frame_.situation.limits;
     const double baseline = frame_.situation.rig.baseline;
     const Eigen::Vector3d p = middle_of_eyes(at.X_WC, baseline), ypr = camera_yaw_pitch_roll(at.X_WC);
+    const bool level = std::abs(ypr.y()) < 1e-9;  // then it stays so
     const double score_at_start = frame_.score(at.evaluation);
     const auto value = [&](const std::vector<double>& x) {
       if (std::all_of(x.begin(), x.end(), [](double v) { return v == 0; })) return score_at_start;
-      const double roll = x.size() == 6 ? std::clamp(ypr.z() + x[5], -l.roll_max, l.roll_max) : 0;
-      Candidate c{left_eye({p.x() + x[0], p.y() + x[1], std::clamp(p.z() + x[2], l.height_min, l.height_max)},
-                           {ypr.x() + x[3], std::clamp(ypr.y() + x[4], l.pitch_min, l.pitch_max), roll}, baseline),
-                  {}};
+      const double pitch = level ? 0 : std::clamp(ypr.y() + x[4], l.pitch_min, l.pitch_max);
+      const double roll = l.roll_max > 0 ? std::clamp(ypr.z() + x.back(), -l.roll_max, l.roll_max) : 0;
+      Candidate c{left_eye({p.x() + x[0], p.y() + x[1], std::clamp(p.z() + x[2], l.height_min, l.height_max)}, {ypr.x() + x[3], pitch, roll}, baseline), {}};
       if (frame_.evaluator.constraints().check(c.X_WC) != Violation::none) return frame_.greatest;
       c.evaluation = frame_.evaluator.evaluate(c.X_WC, frame_.workspaces[worker]);
       ++result.evaluations;
@@ -415,7 +503,8 @@ class PanoramaSearch {
     LocalSearchOptions options;
     options.method = LocalMethod::nelder_mead;
     const double up = p.z() > (l.height_min + l.height_max) / 2 ? -0.08 : 0.08;
-    options.step = {0.1 * scale, 0.1 * scale, up * scale, 0.07 * scale, 0.07 * scale};
+    options.step = {0.1 * scale, 0.1 * scale, up * scale, 0.07 * scale};
+    if (!level) options.step.push_back(0.07 * scale);
     if (l.roll_max > 0) options.step.push_back(std::min(0.06, l.roll_max) * scale * (ypr.z() > 0 ? -1 : 1));
     const std::size_t n = options.step.size();
     options.lower.assign(n, -2);
@@ -438,11 +527,12 @@ class PanoramaSearch {
 
   SearchFrame& frame_;
   const PanoramaSettings settings_;
+  std::optional<voxel::VisibilityScene> coarse_;  // what panoramas are made of, if much is unknown
   std::vector<Worker> workers_;
   std::vector<Eigen::Vector3d> corners_;
   Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
-  Pinhole wide_;
-  double wide_scale_ = 1, list_depth_max_ = 0;
+  WideCamera wide_, coarse_wide_;
+  double list_depth_max_ = 0;
   std::vector<Look> looks_;  // feasible ones of the last stages
 };
 
@@ -450,13 +540,14 @@ class PanoramaSearch {
 
 PanoramaSettings PanoramaSettings::fast() {
   PanoramaSettings s;
-  s.positions = 110;
-  s.kept = 14;
-  s.wide = 18;
-  s.starts = 10;
-  s.position_evaluations = 6;
-  s.finalists = 4;
-  s.final_rounds = 1;
+  s.positions = 140;
+  s.kept = 12;
+  s.wide = 24;
+  s.starts = 12;
+  s.position_evaluations = 9;
+  s.finalists = 5;
+  s.final_evaluations = 12;
+  s.exact_evaluations = 40;
   return s;
 }
 

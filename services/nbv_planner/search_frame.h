@@ -80,6 +80,8 @@ class SearchFrame {
   };
   // `height_share`: of the height range that heights are drawn from, widened and clamped.
   std::optional<Place> draw_place(int i, double height_share, Random& random) const;
+  // Many of the best views are as near as they may be: a place that is nearer is moved away from where it looks to.
+  void move_back(Eigen::Vector3d& p_W, double yaw) const;
 
  private:
   std::uint64_t seed_;

@@ -42,7 +42,7 @@ void read_panorama(const config::Node& node, PanoramaSettings& s) {
   node.read("finalists", s.finalists, {1, 1000});
   node.read("final_evaluations", s.final_evaluations, {0, 1000});
   node.read("final_rounds", s.final_rounds, {0, 20});
-  node.read("full_effort_voxels", s.full_effort_voxels, {0, 100000000});
+  node.read("much_from", s.much_from, {0, 100000000});
   node.read("exact", s.exact, {0, 1000});
   node.read("exact_evaluations", s.exact_evaluations, {0, 10000});
 }
