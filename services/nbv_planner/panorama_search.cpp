@@ -128,9 +128,11 @@ class PanoramaSearch {
     if (much(s, evaluator)) {
       scale({&s.wide, &s.starts, &s.finalists}, std::clamp(kVeryMuch * s.much_from / faces, 0.5, 1.0));
     } else {
-      scale({&s.positions}, std::clamp(kFewPlaces * s.much_from / faces, kFewPlaces, kMostPlaces));
-      scale({&s.final_rounds, &s.exact_evaluations}, 2);
-      scale({&s.exact}, 4);
+      const double fewer = s.much_from / faces;
+      scale({&s.positions}, std::clamp(kFewPlaces * fewer, kFewPlaces, kMostPlaces));
+      scale({&s.final_rounds}, 2);
+      scale({&s.exact_evaluations}, 3);
+      scale({&s.exact}, std::clamp(0.75 * fewer, 0.5, 2.0));
     }
     return s;
   }
@@ -547,7 +549,8 @@ PanoramaSettings PanoramaSettings::fast() {
   s.position_evaluations = 9;
   s.finalists = 5;
   s.final_evaluations = 12;
-  s.exact_evaluations = 40;
+  s.exact = 1;
+  s.exact_evaluations = 36;
   return s;
 }
 

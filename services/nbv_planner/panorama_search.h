@@ -36,12 +36,12 @@ struct PanoramaSettings {
   int finalists = 8;           // searched again
   int final_evaluations = 18;
   int final_rounds = 1;        // of that, each from half as many with a smaller step
-  int exact = 1;               // of the searches in all degrees of freedom
-  int exact_evaluations = 60;  // of each
+  int exact = 2;               // of the searches in all degrees of freedom
+  int exact_evaluations = 34;  // of each
   // With at least so many free faces of unknown voxels all but the last stages look at a grid of half the resolution; with more
   // than five times as many wide, starts and finalists fall in proportion, to half at least. With fewer, renderings take little
-  // and what is left is seen from few places: up to four times the positions, four times exact, twice final_rounds and
-  // exact_evaluations. Boxes of more than 1.2 m across have up to twice the positions, kept, wide, starts and finalists.
+  // and what is left is seen from few places: up to four times the positions, twice exact and final_rounds,
+  // three times exact_evaluations. Boxes of more than 1.2 m across have up to twice the positions, kept, wide, starts and finalists.
   int much_from = 12000;
 
   bool operator==(const PanoramaSettings&) const = default;
