@@ -57,13 +57,10 @@ class Explorer {
  public:
   Explorer(const BenchmarkOptions& options, const Setting& setting, const Subject& subject, const Arena& arena, const Mask& reachable)
       : o_(options), setting_(setting), subject_(subject), arena_(arena), reachable_(reachable), everything_(subject.samples.size()),
-        every_voxel_(subject.voxel_points.size()), evaluation_(options.evaluation), search_(options.search), sensor_(make_sensor(setting.sensor, arena, subject, options.seed)),
+        every_voxel_(subject.voxel_points.size()), resolution_(setting.camera == Camera::single ? options.single : options.pair), sensor_(make_sensor(setting.sensor, arena, subject, options.seed)),
         kept_(options.keep_folder, setting.name(), subject, arena, reachable, options.distance) {
-    const BenchmarkOptions::Resolution& r = setting.camera == Camera::single ? options.single : options.pair;
-    carving_.known_points = r.known_points;
-    carving_.seen_points = r.seen_points;
-    evaluation_.pair.more_than_pixels = r.more_than_pixels;
-    search_.threads = 1;  // the objects take the others
+    carving_.known_points = resolution_.known_points;
+    carving_.seen_points = resolution_.seen_points;
     for (std::size_t i = 0; i < everything_.size(); ++i) everything_.set(i);
     for (std::size_t i = 0; i < every_voxel_.size(); ++i) every_voxel_.set(i);
     if (std::any_of(setting.planners.begin(), setting.planners.end(), knows_the_object)) {
@@ -80,7 +77,7 @@ class Explorer {
     Run run;
     run.object = subject_.file.name;
     run.planner = name;
-    const PlannerSettings planner_settings{search_, evaluation_, o_.gain, mix(o_.seed, 77)};
+    const PlannerSettings planner_settings = settings_of(name);
     const auto planner = make_planner(name, planner_settings);
     Reconstruction model(arena_, subject_, carving_);
     Mask covered(subject_.samples.size());
@@ -97,8 +94,9 @@ class Explorer {
         choice.X_WC = first_view(choice.candidate);
       } else {
         const double start = thread_seconds();
-        const nbv::Situation situation = situation_of(arena_, std::make_shared<voxel::OccupancyGrid>(model.grid()));
-        const nbv::Evaluator evaluator(situation, evaluation_, {});
+        nbv::Situation situation = situation_of(arena_, std::make_shared<voxel::OccupancyGrid>(model.grid()));
+        situation.views = taken;
+        const nbv::Evaluator evaluator(situation, planner_settings.evaluation, {});
         std::vector<int> eligible;
         for (int i = 0; i < static_cast<int>(arena_.candidates.size()); ++i) {
           if (used.contains(i)) continue;
@@ -149,6 +147,15 @@ class Explorer {
   }
 
  private:
+  PlannerSettings settings_of(const std::string& planner) const {
+    const std::string variant = variant_of(planner);
+    PlannerSettings s{variant.empty() ? o_.search : o_.variants.at(variant).search, variant.empty() ? o_.evaluation : o_.variants.at(variant).evaluation,
+                      o_.gain, mix(o_.seed, 77)};
+    s.evaluation.pair.more_than_pixels = resolution_.more_than_pixels;
+    s.search.threads = 1;  // the objects take the others
+    return s;
+  }
+
   // The set's poses are valid beside the true object; the first one must be beside the whole box too, of which nothing is known.
   Pose first_view(int& candidate) const {
     if (arena_.set == PoseSet::dome) return arena_.candidates[static_cast<std::size_t>(candidate)];
@@ -205,13 +212,14 @@ class Explorer {
   const Arena& arena_;
   const Mask& reachable_;
   Mask everything_, every_voxel_;
+  const BenchmarkOptions::Resolution& resolution_;
   object_model::CarvingSettings carving_;
-  nbv::EvaluationSettings evaluation_;
-  nbv::SearchSettings search_;
   std::unique_ptr<Sensor> sensor_;
   KeptObject kept_;
   std::vector<Mask> covers_;
 };
+
+bool planner_has_parameters(const std::string& planner) { return base_of(planner) == "ours" || base_of(planner) == "search"; }
 
 }  // namespace
 
@@ -224,6 +232,9 @@ BenchmarkResult run_benchmark(const BenchmarkOptions& o, const std::function<voi
   for (const Setting& s : o.settings)
     for (const std::string& planner : s.planners) {
       make_planner(planner, {});
+      const std::string variant = variant_of(planner);
+      require(base_of(planner) == planner || (planner_has_parameters(planner) && o.variants.contains(variant)), ErrorCode::bad_input,
+              "the planner '" + planner + "' names no variant of ours or search; config/default.yaml says how variants are given");
       require(s.set != PoseSet::dome || takes_lists(planner), ErrorCode::bad_input, "the planner '" + planner + "' does not choose from a list: not for the dome");
     }
   const auto start = Clock::now();

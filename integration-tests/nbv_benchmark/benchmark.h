@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,6 +41,12 @@ struct BenchmarkOptions {
   Resolution single{1, 3, 0}, pair{3, 10, 2};
   nbv::EvaluationSettings evaluation;        // but for more_than_pixels
   nbv::SearchSettings search;                // but for threads
+  // Other parameters for the planners `ours:NAME` and `search:NAME`, so that a choice is compared within one run.
+  struct Variant {
+    nbv::EvaluationSettings evaluation;
+    nbv::SearchSettings search;
+  };
+  std::map<std::string, Variant> variants;
   nbv::GainSettings gain;                    // of the literature
   std::shared_ptr<const robot::RobotModel> robot;
   std::string keep_folder;                   // poses and depth maps of each run; empty: not kept

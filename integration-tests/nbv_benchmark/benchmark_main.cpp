@@ -10,6 +10,7 @@
 #include "common/core/file.h"
 #include "common/service/locate.h"
 #include "integration-tests/nbv_benchmark/checks.h"
+#include "integration-tests/nbv_benchmark/compare.h"
 #include "integration-tests/nbv_benchmark/html_page.h"
 #include "integration-tests/nbv_benchmark/kept.h"
 #include "integration-tests/nbv_benchmark/measures.h"
@@ -28,7 +29,7 @@ const std::string kHere = PERIPLUS_SOURCE_DIR "/integration-tests/nbv_benchmark/
 struct Arguments {
   std::string config = kHere + "config/default.yaml", catalogue = kHere + "config/objects.yaml";
   std::string planner_config, robot = PERIPLUS_SOURCE_DIR "/deploy/robots/hrp2like.yaml";
-  std::string meshes, up_axis = "y", output = "runs/nbv-benchmark", keep, record;
+  std::string with, meshes, up_axis = "y", output = "runs/nbv-benchmark", keep, record;
   std::vector<std::string> objects, settings, planners, planner_set;
   int views = 0, candidates = 0, threads = 2;
   std::int64_t seed = -1;
@@ -46,19 +47,28 @@ void must_be_known(const std::vector<std::string>& wanted, const std::vector<std
 
 BenchmarkOptions options_of(const Arguments& a) {
   config::Node root = config::load_file(a.config);
+  if (!a.with.empty()) config::overlay(root, config::load_file(a.with));
   if (a.quick) config::overlay(root, config::load_file(kHere + "config/quick.yaml"));
   BenchmarkOptions o = read_options(root);
   const std::string planner_config = a.planner_config.empty() ? service::default_configuration("nbv_planner").string() : a.planner_config;
-  config::Node planner_root = config::load_file(planner_config);
-  config::overlay(planner_root, root.child("planner"));
-  for (const std::string& change : a.planner_set) {
-    const std::size_t equal = change.find('=');
-    require(equal != std::string::npos && equal > 0, ErrorCode::bad_input, "--planner-set wants dotted.key=value, not " + change);
-    config::set(planner_root, change.substr(0, equal), change.substr(equal + 1));
-  }
-  const nbv::Settings planner = nbv::read_settings(planner_root);
+  const auto planner_with = [&](const config::Node& variant) {
+    config::Node planner_root = config::load_file(planner_config);
+    config::overlay(planner_root, root.child("planner"));
+    for (const std::string& change : a.planner_set) {
+      const std::size_t equal = change.find('=');
+      require(equal != std::string::npos && equal > 0, ErrorCode::bad_input, "--planner-set wants dotted.key=value, not " + change);
+      config::set(planner_root, change.substr(0, equal), change.substr(equal + 1));
+    }
+    config::overlay(planner_root, variant);
+    return nbv::read_settings(planner_root);
+  };
+  const nbv::Settings planner = planner_with({});
   o.evaluation = planner.evaluation;
   o.search = planner.search;
+  for (const std::string& name : root.child("variants").keys()) {
+    const nbv::Settings variant = planner_with(root.child("variants").child(name));
+    o.variants[name] = {variant.evaluation, variant.search};
+  }
   o.objects = a.meshes.empty() ? read_catalogue(a.catalogue) : mesh_folder(a.meshes, a.up_axis);
   std::vector<std::string> names;
   for (const SubjectFile& f : o.objects) names.push_back(f.name);
@@ -152,6 +162,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Viewpoint planners on the same objects, poses and sensors; integration-tests/nbv_benchmark/README.md"};
   Arguments a;
   app.add_option("--config", a.config, "parameters and settings (YAML)");
+  app.add_option("--with", a.with, "laid over the parameters (YAML), as config/variants.yaml");
   app.add_option("--catalogue", a.catalogue, "the objects (YAML)");
   app.add_option("--meshes", a.meshes, "a folder of meshes instead of the catalogue");
   app.add_option("--up", a.up_axis, "which axis of the folder's meshes points up")->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}));
@@ -176,6 +187,9 @@ int main(int argc, char** argv) {
   page->add_option("file", json_file, "benchmark.json")->required();
   CLI::App* again = app.add_subcommand("recompute", "recompute the coverages of the runs kept in a folder and hold them against what was reported");
   again->add_option("folder", kept, "as given to --keep")->required();
+  std::vector<std::string> reports;
+  CLI::App* beside = app.add_subcommand("compare", "planners beside each other over several benchmark.json, as of several seeds: a table in Markdown");
+  beside->add_option("files", reports, "benchmark.json")->required();
   CLI11_PARSE(app, argc, argv);
   std::string command;
   for (int i = 1; i < argc; ++i) command += std::string(i > 1 ? " " : "") + argv[i];
@@ -184,6 +198,12 @@ int main(int argc, char** argv) {
       const fs::path html = fs::path(json_file).replace_filename("index.html");
       write(html, html_page(nlohmann::json::parse(read_file(json_file))));
       std::printf("%s\n", html.c_str());
+      return 0;
+    }
+    if (beside->parsed()) {
+      std::vector<nlohmann::json> parsed;
+      for (const std::string& file : reports) parsed.push_back(nlohmann::json::parse(read_file(file)));
+      std::printf("%s", to_markdown(compare(parsed), parsed).c_str());
       return 0;
     }
     return again->parsed() ? recompute_all(kept) : run(a, command);

@@ -92,6 +92,26 @@ TEST(Benchmark, CoverageGrowsAndTheOracleLeads) {
   }
 }
 
+TEST(Benchmark, VariantsRunWithTheirOwnParameters) {
+  const TemporaryFolder folder;
+  BenchmarkOptions o = small(angle_iron(folder.path));
+  o.variants["same"] = o.variants["quality"] = {o.evaluation, o.search};
+  // So much that a better look at what is known outweighs the unknown; it needs to be told of the looks so far.
+  o.variants["quality"].evaluation.quality_weight = 100;
+  o.settings = {{PoseSet::free, SensorKind::ideal, Camera::single, {"ours", "ours:same", "ours:quality"}}};
+  const BenchmarkResult result = run_benchmark(o);
+  const std::vector<nbv_benchmark::Run>& runs = result.settings.at(0).objects.at(0).runs;
+  std::vector<int> chosen[3];
+  for (int r = 0; r < 3; ++r)
+    for (const ViewRecord& v : runs.at(static_cast<std::size_t>(r)).views) chosen[r].push_back(v.candidate);
+  EXPECT_EQ(chosen[1], chosen[0]);
+  EXPECT_NE(chosen[2], chosen[0]);
+  for (const char* wrong : {"ours:other", "random:same", "ours:", "oracle:same"}) {
+    o.settings[0].planners = {wrong};
+    EXPECT_THROW(run_benchmark(o), Error) << wrong;
+  }
+}
+
 TEST(Benchmark, KeptRunsGiveTheSameMeasuresAgain) {
   const TemporaryFolder folder;
   BenchmarkOptions o = small(angle_iron(folder.path));

@@ -7,6 +7,9 @@
 
 namespace periplus::nbv_benchmark {
 
+// Of the visible surface: how many views it takes to get there is told of each.
+inline constexpr double kLevels[] = {0.90, 0.95, 0.99};
+
 // Shares 0..1 after view 1, 2, ... : mean of the curve, the area under it from the first view to the last, divided by its
 // length (trapezoids). One view: its share. None: 0.
 double area_under(const std::vector<double>& curve);

@@ -116,12 +116,19 @@ std::vector<std::string> planner_names() {
   return names;
 }
 
+std::string base_of(const std::string& planner) { return planner.substr(0, planner.find(':')); }
+std::string variant_of(const std::string& planner) {
+  const std::size_t colon = planner.find(':');
+  return colon == std::string::npos ? "" : planner.substr(colon + 1);
+}
+
 bool knows_the_object(const std::string& planner) { return planner == "oracle"; }
-bool takes_lists(const std::string& planner) { return planner != "search"; }
+bool takes_lists(const std::string& planner) { return base_of(planner) != "search"; }
 
 std::unique_ptr<Planner> make_planner(const std::string& name, const PlannerSettings& settings) {
-  if (name == "ours") return std::make_unique<Ours>(settings.search.lookahead);
-  if (name == "search") return std::make_unique<OursSearch>(settings);
+  const std::string base = base_of(name);
+  if (base == "ours") return std::make_unique<Ours>(settings.search.lookahead);
+  if (base == "search") return std::make_unique<OursSearch>(settings);
   if (name == "random") return std::make_unique<RandomPlanner>(settings.seed);
   if (name == "oracle") return std::make_unique<Oracle>();
   if (literature(name)) return std::make_unique<LiteratureGain>(name, settings.gain);

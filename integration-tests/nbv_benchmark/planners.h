@@ -5,6 +5,8 @@
 //   occlusion_aware, unobserved, ...  the gains of the literature (services/nbv_planner/gain.h)
 //   random   any of the poses
 //   oracle   knows the object: the pose whose depth map covers most samples that are not covered yet
+//
+// `ours:NAME` and `search:NAME` are the first two with the parameters of the variant NAME (BenchmarkOptions::variants).
 #pragma once
 
 #include <cstdint>
@@ -51,8 +53,11 @@ struct PlannerSettings {
   std::uint64_t seed = 1;
 };
 
-// All names, in the order of the tables.
+// All names but those with a variant, in the order of the tables.
 std::vector<std::string> planner_names();
+// "ours" and "ahead" of "ours:ahead"; without a variant the name itself and "".
+std::string base_of(const std::string& planner);
+std::string variant_of(const std::string& planner);
 // Throws Error(bad_input) naming the planners that there are.
 std::unique_ptr<Planner> make_planner(const std::string& name, const PlannerSettings& settings);
 // True for a gain of the literature.

@@ -21,8 +21,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kLevels[] = {0.90, 0.95, 0.99};
-
 std::string level_key(double level) { return std::to_string(std::lround(100 * level)); }
 
 json pose_rows(const Pose& X) {

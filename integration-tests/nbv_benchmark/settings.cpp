@@ -45,7 +45,9 @@ BenchmarkOptions read_options(const config::Node& root) {
   object.read("box_margin", o.subject.margin, {1, 4});
   object.read("voxels", o.subject.voxels, {8, 250});
   object.read("samples", o.subject.samples, {1, 10'000'000});
-  root.child("planner").keys();  // for whoever lays it over the planner's own parameters
+  // For whoever lays them over the planner's own parameters.
+  root.child("planner").keys();
+  for (const std::string& variant : root.child("variants").keys()) root.child("variants").child(variant).keys();
   const config::Node resolution = root.child("resolution");
   read_resolution(resolution.child("single"), o.single);
   read_resolution(resolution.child("pair"), o.pair);
