@@ -157,6 +157,33 @@ TEST(Benchmark, TheSamePoseAgainShowsNothingNew) {
   }
 }
 
+// A slat seen face on: its shadow shows most from the side, where next to nothing of the slat is to be seen.
+TEST(Benchmark, TheBackOfASlatComesNextAndNotTheSideOfItsShadow) {
+  const Subject subject = make_subject("slat", mesh::make_box({0.1, 0.5, 0.02}, 1), "z", {.voxels = 128, .samples = 4000});
+  Arena arena = make_arena(subject, {.set = PoseSet::free, .candidates = 1, .robot = nullptr});
+  const Eigen::Vector3d middle = arena.X_WO.translation();
+  const auto from = [&](double x, double z) { return look_at(middle + Eigen::Vector3d(x, 0.02, z), middle); };
+  const Pose front = from(0.02, 1);
+  const std::vector<Pose> side_and_behind = {from(1, -0.02), from(0.02, -1)};
+  object_model::CarvingSettings carving;
+  carving.known_points = 1;
+  carving.seen_points = 3;
+  Reconstruction model(arena, subject, carving);
+  const auto sensor = make_sensor(SensorKind::ideal, arena, subject, 1);
+  model.integrate(sensor->look(front, 0));
+  nbv::EvaluationSettings evaluation;
+  evaluation.pair.more_than_pixels = 0;
+  const auto chosen = [&](double likely_within) {
+    evaluation.likely_within = likely_within;
+    const nbv::Situation s = situation_of(arena, std::make_shared<voxel::OccupancyGrid>(model.grid()));
+    nbv::Evaluator::Workspace workspace;
+    return nbv::choose_view(nbv::Evaluator(s, evaluation, {}), side_and_behind, workspace).index;
+  };
+  EXPECT_EQ(chosen(0), 0) << "all that is unknown";
+  const config::Node shipped = config::load_file(PERIPLUS_SOURCE_DIR "/integration-tests/nbv_benchmark/config/default.yaml");
+  EXPECT_EQ(chosen(shipped.child("planner").child("evaluation").get<double>("likely_within_m")), 1);
+}
+
 TEST(Benchmark, BadMeshesAndFoldersAreNamed) {
   const TemporaryFolder folder;
   const auto message = [](auto call) -> std::string {
