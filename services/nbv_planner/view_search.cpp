@@ -23,7 +23,7 @@ void check(const SearchSettings& s) {
 namespace {
 
 constexpr double kNearlyUsedUp = 0.1;    // value of the best view, as a share of the free unknown faces
-constexpr double kOutweighed = 0.3;       // of the best view's value where all unknown voxels count
+constexpr double kOutweighed = 0.1;       // of the best view's value where all unknown voxels count
 
 PlannedView search_by_method(const Evaluator& evaluator, std::uint64_t seed, const SearchSettings& search, TaskRunner& runner,
                              const std::function<void(double)>& poll) {
