@@ -101,6 +101,30 @@ struct TriangleTree::Impl {
   std::vector<int> order;
   std::vector<Node> nodes;
 
+  // Calls for the triangles of all leaves that may be nearer than `nearest()`, which may fall meanwhile; the nearer half of a node first.
+  template <class Bound, class Nearest, class Call>
+  void visit(const Bound& bound, const Nearest& nearest, const Call& call) const {
+    std::array<int, 128> stack;  // the tree is balanced: 64 levels are beyond any memory
+    std::size_t top = 0;
+    stack[top++] = 0;
+    while (top > 0) {
+      const int at = stack[--top];
+      const Node& n = nodes[static_cast<std::size_t>(at)];
+      if (bound(n) >= nearest()) continue;
+      if (n.count == 0) {
+        int near = at + 1, far = n.first;
+        if (bound(nodes[static_cast<std::size_t>(far)]) < bound(nodes[static_cast<std::size_t>(near)])) std::swap(near, far);
+        stack[top++] = far;
+        stack[top++] = near;
+        continue;
+      }
+      for (int i = n.first; i < n.first + n.count; ++i) {
+        const int triangle = order[static_cast<std::size_t>(i)];
+        call(triangle, corners[static_cast<std::size_t>(triangle)]);
+      }
+    }
+  }
+
   void build(int first, int count) {
     const auto at = nodes.size();
     nodes.emplace_back();
@@ -161,32 +185,16 @@ TriangleTree::TriangleTree(TriangleTree&&) noexcept = default;
 TriangleTree::Closest TriangleTree::closest(const Vector3d& p) const {
   double best = std::numeric_limits<double>::infinity();
   Closest result;
-  std::array<int, 128> stack;  // the tree is balanced: 64 levels are beyond any memory
-  int top = 0;
-  stack[static_cast<std::size_t>(top++)] = 0;
-  while (top > 0) {
-    const int at = stack[static_cast<std::size_t>(--top)];
-    const Node& n = impl_->nodes[static_cast<std::size_t>(at)];
-    if (distance_squared(n, p) >= best) continue;
-    if (n.count > 0) {
-      for (int i = n.first; i < n.first + n.count; ++i) {
-        const int triangle = impl_->order[static_cast<std::size_t>(i)];
-        const Vector3d q = closest_on_triangle(impl_->corners[static_cast<std::size_t>(triangle)], p);
-        const double d = (q - p).squaredNorm();
-        if (d < best) {
-          best = d;
-          result.point = q;
-          result.triangle = triangle;
-        }
-      }
-      continue;
-    }
-    int near = at + 1, far = n.first;
-    if (distance_squared(impl_->nodes[static_cast<std::size_t>(far)], p) < distance_squared(impl_->nodes[static_cast<std::size_t>(near)], p))
-      std::swap(near, far);
-    stack[static_cast<std::size_t>(top++)] = far;
-    stack[static_cast<std::size_t>(top++)] = near;
-  }
+  impl_->visit([&](const Node& n) { return distance_squared(n, p); }, [&] { return best; },
+               [&](int triangle, const Corners& c) {
+                 const Vector3d q = closest_on_triangle(c, p);
+                 const double d = (q - p).squaredNorm();
+                 if (d < best) {
+                   best = d;
+                   result.point = q;
+                   result.triangle = triangle;
+                 }
+               });
   result.distance = std::sqrt(best);
   return result;
 }
@@ -208,34 +216,17 @@ TriangleTree::ClosestToSegment TriangleTree::closest_to_segment(const Vector3d& 
     const double d = (a + t * way - point).norm();
     if (d < best.distance) best = {d, t, point, triangle};
   };
-  std::array<int, 128> stack;
-  int top = 0;
-  stack[static_cast<std::size_t>(top++)] = 0;
-  while (top > 0) {
-    const int at = stack[static_cast<std::size_t>(--top)];
-    const Node& n = impl_->nodes[static_cast<std::size_t>(at)];
-    if (bound(n) >= best.distance) continue;
-    if (n.count == 0) {
-      int near = at + 1, far = n.first;
-      if (bound(impl_->nodes[static_cast<std::size_t>(far)]) < bound(impl_->nodes[static_cast<std::size_t>(near)])) std::swap(near, far);
-      stack[static_cast<std::size_t>(top++)] = far;
-      stack[static_cast<std::size_t>(top++)] = near;
-      continue;
+  impl_->visit(bound, [&] { return best.distance; }, [&](int triangle, const Corners& c) {
+    // Through the triangle, or from an end of the segment, or from an edge of the triangle.
+    if (const auto t = ray_triangle(c, a, way); t && *t <= 1) offer(*t, a + *t * way, triangle);
+    offer(0, closest_on_triangle(c, a), triangle);
+    offer(1, closest_on_triangle(c, b), triangle);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3d edge = c[(k + 1) % 3] - c[k];
+      const auto [s, t] = closest_of_segments(a, way, c[k], edge);
+      offer(s, c[k] + t * edge, triangle);
     }
-    for (int i = n.first; i < n.first + n.count; ++i) {
-      const int triangle = impl_->order[static_cast<std::size_t>(i)];
-      const Corners& c = impl_->corners[static_cast<std::size_t>(triangle)];
-      // Through the triangle, or from an end of the segment, or from an edge of the triangle.
-      if (const auto t = ray_triangle(c, a, way); t && *t <= 1) offer(*t, a + *t * way, triangle);
-      offer(0, closest_on_triangle(c, a), triangle);
-      offer(1, closest_on_triangle(c, b), triangle);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vector3d edge = c[(k + 1) % 3] - c[k];
-        const auto [s, t] = closest_of_segments(a, way, c[k], edge);
-        offer(s, c[k] + t * edge, triangle);
-      }
-    }
-  }
+  });
   return best;
 }
 

@@ -19,7 +19,7 @@
 #include "common/core/log.h"
 #include "common/core/version.h"
 #include "common/dds/codec_impl.h"
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 #include "idl/common.h"
 
 namespace periplus::service {

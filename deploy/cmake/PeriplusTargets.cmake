@@ -15,8 +15,10 @@ function(periplus_target_defaults target)
 endfunction()
 
 function(_periplus_tests name folder link)
-  cmake_parse_arguments(A "" "" "TEST_DEPS" ${ARGN})
+  cmake_parse_arguments(A "" "" "TEST_DEPS;ALSO" ${ARGN})
   file(GLOB tests CONFIGURE_DEPENDS ${folder}/*_test.cpp)
+  list(FILTER tests EXCLUDE REGEX "_tool_test\\.cpp$")
+  list(APPEND tests ${A_ALSO})
   if(PERIPLUS_TESTS AND tests)
     find_package(GTest REQUIRED)
     include(GoogleTest)
@@ -60,7 +62,7 @@ function(periplus_service name)
 endfunction()
 
 # periplus_tool(nbv COMPONENT nbv-planner DEPS …): the program periplus-nbv of nbv_tool.cpp, which `periplus nbv` runs; in the
-# package of its service. Its other sources stand in tool/, with their tests. Only libraries that it uses are loaded: a tool of
+# package of its service, tested by nbv_tool_test.cpp. Its other sources stand in tool/, with their tests. Only libraries that it uses are loaded: a tool of
 # a service's algorithms starts without DDS.
 function(periplus_tool name)
   cmake_parse_arguments(A "" "COMPONENT" "DEPS;TEST_DEPS" ${ARGN})
@@ -75,7 +77,7 @@ function(periplus_tool name)
   target_link_libraries(${name}_tool PRIVATE ${name}_tool_parts)
   target_link_options(${name}_tool PRIVATE -Wl,--as-needed)
   install(TARGETS ${name}_tool RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${A_COMPONENT})
-  _periplus_tests(${name}_tool ${CMAKE_CURRENT_SOURCE_DIR}/tool ${name}_tool_parts TEST_DEPS ${A_TEST_DEPS})
+  _periplus_tests(${name}_tool ${CMAKE_CURRENT_SOURCE_DIR}/tool ${name}_tool_parts TEST_DEPS ${A_TEST_DEPS} ALSO ${name}_tool_test.cpp)
   if(TARGET ${name}_tool_test)
     add_dependencies(${name}_tool_test ${name}_tool)  # it starts the program
   endif()

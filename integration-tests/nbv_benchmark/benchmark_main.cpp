@@ -8,7 +8,7 @@
 
 #include "common/core/error.h"
 #include "common/core/file.h"
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 #include "integration-tests/nbv_benchmark/checks.h"
 #include "integration-tests/nbv_benchmark/compare.h"
 #include "integration-tests/nbv_benchmark/html_page.h"
@@ -50,7 +50,7 @@ BenchmarkOptions options_of(const Arguments& a) {
   if (!a.with.empty()) config::overlay(root, config::load_file(a.with));
   if (a.quick) config::overlay(root, config::load_file(kHere + "config/quick.yaml"));
   BenchmarkOptions o = read_options(root);
-  const std::string planner_config = a.planner_config.empty() ? service::default_configuration("nbv_planner").string() : a.planner_config;
+  const std::string planner_config = a.planner_config.empty() ? default_configuration("nbv_planner").string() : a.planner_config;
   const auto planner_with = [&](const config::Node& variant) {
     config::Node planner_root = config::load_file(planner_config);
     config::overlay(planner_root, root.child("planner"));

@@ -49,15 +49,23 @@ msg::PlanViewRequest request() {
   return q;
 }
 
+// The service on a node, and whoever tells and asks it.
+struct RunningPlanner {
+  RunningPlanner(const char* name, const Settings& settings) : service(name), planner(service, settings) {}
+
+  service::testing::TestService service;
+  NbvPlannerService planner;
+  dds::Publisher<msg::Environment> environments{service.node(), "periplus/environment", dds::qos_latest()};
+  dds::Publisher<msg::ObjectGrid> objects{service.node(), "periplus/object", dds::qos_latest()};
+  dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client{service.node(), "nbv/plan"};
+};
+
 TEST(NbvPlannerService, AnswersAndRefuses) {
-  service::testing::TestService service("nbv_planner_service_test");
   Settings settings;
   settings.revision_wait_s = 0.2;
   settings.alike = "like this";
-  const NbvPlannerService planner(service, settings);
-  dds::Publisher<msg::Environment> environments(service.node(), "periplus/environment", dds::qos_latest());
-  dds::Publisher<msg::ObjectGrid> objects(service.node(), "periplus/object", dds::qos_latest());
-  dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client(service.node(), "nbv/plan");
+  RunningPlanner running("nbv_planner_service_test", settings);
+  auto& [service, planner, environments, objects, client] = running;
   const auto ask = [&](msg::PlanViewRequest q, msg::PlanViewReply& r) {
     return client.call(q, r, {.deadline = 60s, .wait_for_server = 10s});
   };
@@ -207,11 +215,8 @@ TEST(NbvPlannerService, QualityOfKnownSurfaceCountsFromTheViewsThatCameWithTheGr
   s.views = {look_at({2.2, 0.7, 1.2}, {0, 0, 1.1}), look_at({-1.0, 0.9, 1.2}, {0, 0, 1.1})};
   Settings settings;
   settings.evaluation.quality_weight = 1;
-  service::testing::TestService service("nbv_planner_quality_test");
-  const NbvPlannerService planner(service, settings);
-  dds::Publisher<msg::Environment> environments(service.node(), "periplus/environment", dds::qos_latest());
-  dds::Publisher<msg::ObjectGrid> objects(service.node(), "periplus/object", dds::qos_latest());
-  dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client(service.node(), "nbv/plan");
+  RunningPlanner running("nbv_planner_quality_test", settings);
+  auto& [service, planner, environments, objects, client] = running;
   ASSERT_TRUE(environments.publish(room()));
   const auto quality = [&](const char* object_id, const std::vector<Pose>& views, Pose& X_WC) {
     EXPECT_TRUE(objects.publish(wire::object_to_wire(object_id, *s.grid, {}, views)));
@@ -264,11 +269,8 @@ TEST(NbvPlannerService, WhatIsHardToReachCosts) {
   const config::Node root = config::parse(
       "evaluation: {lambda_reach: 1}\nreachability: {heights_m: [1.0, 1.2, 1.25], pitches_deg: [0, 40], shares: [1, 0.6, 1, 0.6, 0.1, 0]}", "test.yaml");
   const Settings settings = read_settings(root);
-  service::testing::TestService service("nbv_planner_reachability_test");
-  const NbvPlannerService planner(service, settings);
-  dds::Publisher<msg::Environment> environments(service.node(), "periplus/environment", dds::qos_latest());
-  dds::Publisher<msg::ObjectGrid> objects(service.node(), "periplus/object", dds::qos_latest());
-  dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client(service.node(), "nbv/plan");
+  RunningPlanner running("nbv_planner_reachability_test", settings);
+  auto& [service, planner, environments, objects, client] = running;
   ASSERT_TRUE(environments.publish(room()));
   ASSERT_TRUE(objects.publish(wire::object_to_wire("block", *testing::patch_at_plus_x().grid, {})));
   msg::PlanViewReply reply;
@@ -291,13 +293,10 @@ TEST(NbvPlannerService, WhatIsHardToReachCosts) {
 
 // What known_answers_test.cpp says of the search, over the wire.
 TEST(NbvPlannerService, NothingLeftToSeeAndNothingThatCanBeReachedAreDifferentAnswers) {
-  service::testing::TestService service("nbv_planner_known_answers_test");
   Settings settings;
   settings.revision_wait_s = 0.2;
-  const NbvPlannerService planner(service, settings);
-  dds::Publisher<msg::Environment> environments(service.node(), "periplus/environment", dds::qos_latest());
-  dds::Publisher<msg::ObjectGrid> objects(service.node(), "periplus/object", dds::qos_latest());
-  dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client(service.node(), "nbv/plan");
+  RunningPlanner running("nbv_planner_known_answers_test", settings);
+  auto& [service, planner, environments, objects, client] = running;
   ASSERT_TRUE(environments.publish(room()));
   const auto answer = [&](const char* object_id, const voxel::OccupancyGrid& grid, msg::PlanViewReply& reply) {
     EXPECT_TRUE(objects.publish(wire::object_to_wire(object_id, grid, {})));

@@ -9,7 +9,7 @@
 #include "common/core/config.h"
 #include "common/core/error.h"
 #include "common/core/version.h"
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 #include "services/nbv_planner/tool/plan_input.h"
 #include "services/nbv_planner/tool/plan_output.h"
 #include "services/nbv_planner/tool/pose_text.h"
@@ -32,7 +32,7 @@ struct Options {
 };
 
 config::Node configuration(const Options& o) {
-  const std::filesystem::path file = o.config.empty() ? service::default_configuration("nbv_planner") : std::filesystem::path(o.config);
+  const std::filesystem::path file = o.config.empty() ? default_configuration("nbv_planner") : std::filesystem::path(o.config);
   config::Node root = file.empty() ? config::Node() : config::load_file(file.string());
   for (const std::string& entry : o.set) {
     const std::size_t equal = entry.find('=');

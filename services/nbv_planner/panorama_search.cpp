@@ -30,6 +30,7 @@ constexpr double kDepthSlack = 0.12;      // of the depth range of a wide render
 constexpr double kApart = 0.08;           // places that are looked at with both eyes [m]
 constexpr double kFineApart = 0.08;     // places of the coarse grid that are looked at in the fine one [m]
 constexpr double kLevelled = 14 * kRadian;  // of a view that is tried from as high as what it looks at
+constexpr PlaceSampling kPlaces{.height_share = 1, .nearness = 1.5, .ordered = true};
 constexpr double kUsualBox = 1.2;         // horizontal diagonal of a box that the numbers of the settings are for [m]
 constexpr double kVeryMuch = 5;           // times much_from: from there on fewer places are searched
 constexpr double kFewPlaces = 1.7, kMostPlaces = 4;  // times as many positions with fewer faces than much_from
@@ -96,7 +97,7 @@ class PanoramaSearch {
     if (!frame_.faces.empty()) {
       polish(spread(looks, settings_.starts, 0.15), settings_.position_evaluations, 0.1, 0.06, true);
       // Fewer each time, with a smaller step.
-      level(looks_, true);
+      level();
       if (coarse_) look_finely();
       looks = looks_;
       int finalists = settings_.finalists;
@@ -301,7 +302,7 @@ class PanoramaSearch {
           count - begun,
           [&](int i, int worker) {
             Random random = frame_.random(0, begun + i);
-            const auto place = frame_.draw_place(begun + i, 1.0, random);
+            const auto place = frame_.draw_place(begun + i, kPlaces, random);
             return place ? panorama(place->p_W, 2.9 * kRadian, worker) : Look{};
           },
           kLeastPlaces);
@@ -351,14 +352,18 @@ class PanoramaSearch {
 
   std::vector<Look> both_eyes() {
     const std::vector<Look> around = spread(looks_, std::max(1, std::min(settings_.wide, frame_.left() / 3)), kApart);
-    const auto looks = frame_.runner.map<Look>(static_cast<int>(around.size()), [&](int i, int worker) {
-      return pair(around[i].p_W, around[i].angles(), 4 * kRadian, 0.9 * kRadian, true, worker, true);
-    }, 1);
-    looks_.clear();
-    take(looks, "both eyes");
-    if (looks_.empty()) looks_ = around;
+    look_again(around, "both eyes", [&](const Look& l, int worker) { return pair(l.p_W, l.angles(), 4 * kRadian, 0.9 * kRadian, true, worker, true); });
     update_scale();
     return looks_;
+  }
+
+  // Takes what becomes of looks in the place of all so far; where that is nothing, as they are.
+  template <class Again>
+  void look_again(const std::vector<Look>& looks, const char* stage, const Again& again) {
+    const auto results = frame_.runner.map<Look>(static_cast<int>(looks.size()), [&](int i, int worker) { return again(looks[i], worker); }, 1);
+    looks_.clear();
+    take(results, stage);
+    if (looks_.empty()) looks_ = looks;
   }
 
   // Nelder-Mead over x, y, z from each, with the orientation chosen at each position; results with those that were improved.
@@ -380,18 +385,13 @@ class PanoramaSearch {
   // The best of the coarse grid, in the fine one.
   void look_finely() {
     const std::vector<Look> best = spread(looks_, std::clamp(frame_.left() / 3, 1, 2 * settings_.finalists + 8), kFineApart);
-    const auto looks = frame_.runner.map<Look>(static_cast<int>(best.size()), [&](int i, int worker) {
-      return pair(best[i].p_W, best[i].angles(), 1.2 * kRadian, 0.15 * kRadian, false, worker, false);
-    }, 1);
-    looks_.clear();
-    take(looks, "fine");
-    if (looks_.empty()) looks_ = best;
+    look_again(best, "fine", [&](const Look& l, int worker) { return pair(l.p_W, l.angles(), 1.2 * kRadian, 0.15 * kRadian, false, worker, false); });
   }
 
   // From as high as what is looked at: of the best that look a little up or down.
-  void level(const std::vector<Look>& looks, bool coarse) {
+  void level() {
     std::vector<Look> starts;
-    for (const Look& s : spread(looks, settings_.finalists, 0.1)) {
+    for (const Look& s : spread(looks_, settings_.finalists, 0.1)) {
       if (static_cast<int>(starts.size()) >= frame_.left() / 4) break;
       if (s.pitch != 0 && std::abs(s.pitch) < kLevelled) starts.push_back(s);
     }
@@ -399,7 +399,7 @@ class PanoramaSearch {
       const Look& s = starts[i];
       const Eigen::Vector3d p = levelled(s);
       if (frame_.evaluator.constraints().check_position(p, s.yaw) != Violation::none) return Look{};
-      return pair(p, {s.yaw, 0, s.roll}, 0.6 * kRadian, 0.3 * kRadian, false, worker, coarse);
+      return pair(p, {s.yaw, 0, s.roll}, 0.6 * kRadian, 0.3 * kRadian, false, worker, true);
     });
     take(found, "level");
   }
@@ -529,7 +529,7 @@ class PanoramaSearch {
 
   SearchFrame& frame_;
   const PanoramaSettings settings_;
-  std::optional<voxel::VisibilityScene> coarse_;  // what panoramas are made of, if much is unknown
+  std::optional<voxel::VisibilityScene> coarse_;  // what all but the last stages look at, if much is unknown
   std::vector<Worker> workers_;
   std::vector<Eigen::Vector3d> corners_;
   Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();

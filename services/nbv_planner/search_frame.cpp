@@ -15,8 +15,6 @@ constexpr double kFarthestPlace = 2.4;  // from the face or the box [m]
 constexpr double kLeastSlant = 0.1;     // cosine of the greatest angle from a face's normal to the place
 constexpr int kDrawsPerFace = 25;       // places that see a face in a corner are rare: none is given up too early
 constexpr std::size_t kFacesKept = 4096;
-constexpr double kNearness = 1.5;       // exponent of what distances are drawn from: 1 evenly
-
 
 }  // namespace
 
@@ -110,28 +108,30 @@ void SearchFrame::move_back(Eigen::Vector3d& p_W, double yaw) const {
   if (d < least) p_W.head<2>() -= (least - d + kSlack) * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
 }
 
-std::optional<SearchFrame::Place> SearchFrame::draw_place(int i, double height_share, Random& random) const {
+// The list of faces is in the order of the bricks: steps of the golden ratio fall evenly on the surface.
+const voxel::VisibilityScene::Face& SearchFrame::face_in_turn(int i) const {
+  const double at = std::numbers::phi * i + static_cast<double>(seed_ % 1024) / 1024;
+  return faces[static_cast<std::size_t>((at - std::floor(at)) * static_cast<double>(faces.size()))];
+}
+
+std::optional<SearchFrame::Place> SearchFrame::draw_place(int i, const PlaceSampling& sampling, Random& random) const {
   constexpr double kTurn = std::numbers::pi;
   const voxel::GridGeometry& g = evaluator.visibility().geometry();
   const Eigen::Vector3d half = g.size.cast<double>() * g.voxel_size / 2;
   const Eigen::Vector3d middle = g.X_WG * half;
   const robot::ViewLimits& l = situation.limits;
   const double farthest = std::max(l.distance_min, std::min(l.distance_max, kFarthestPlace));
-  const double height = (l.height_min + l.height_max) / 2, reach = (l.height_max - l.height_min) / 2 * height_share;
+  const double height = (l.height_min + l.height_max) / 2, reach = (l.height_max - l.height_min) / 2 * sampling.height_share;
   voxel::VisibilityScene::Face face;
   for (int draw = 0; draw < kDrawsPerPlace; ++draw) {
     // Many of the best views lie at the bounds of the height: draw wider and clamp.
     const double z = height + std::clamp(random.uniform(-1.6, 1.6), -1.0, 1.0) * reach;
     const double angle = random.uniform(-kTurn, kTurn);
-    // Uniform in the distance: the density over the floor falls with it (thesis 3.3.2).
-    const double distance = l.distance_min + (farthest - l.distance_min) * std::pow(random.uniform(), kNearness);
+    const double distance = l.distance_min + (farthest - l.distance_min) * std::pow(random.uniform(), sampling.nearness);
     Place place{Eigen::Vector3d(0, 0, z), middle};
     if (!faces.empty() && i % 4 != 3) {
       if (draw % kDrawsPerFace == 0) {
-        // Spread evenly over the list, which is in the order of the bricks.
-        constexpr double kGolden = 0.6180339887498949;
-        const double at = kGolden * i + double(seed_ % 1024) / 1024;
-        face = draw == 0 ? faces[static_cast<std::size_t>((at - std::floor(at)) * static_cast<double>(faces.size()))] : faces[random.below(faces.size())];
+        face = sampling.ordered && draw == 0 ? face_in_turn(i) : faces[random.below(faces.size())];
       }
       place.from = g.center_world(evaluator.visibility().voxel(face.voxel));
       place.p_W.head<2>() = place.from.head<2>() + distance * Eigen::Vector2d(std::cos(angle), std::sin(angle));
@@ -146,7 +146,7 @@ std::optional<SearchFrame::Place> SearchFrame::draw_place(int i, double height_s
       place.p_W.head<2>() = middle.head<2>() + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     }
     const double yaw = std::atan2(place.from.y() - place.p_W.y(), place.from.x() - place.p_W.x());
-    move_back(place.p_W, yaw);
+    if (sampling.ordered) move_back(place.p_W, yaw);
     if (evaluator.constraints().check_position(place.p_W, yaw) == Violation::none) return place;
   }
   return std::nullopt;

@@ -33,6 +33,13 @@ enum class Bounds {
 };
 double bounded_score(const Evaluator& evaluator, const Evaluation& evaluation, double greatest, Bounds bounds);
 
+// How places are drawn: as the thesis does (3.3.2), uniformly in the distance, so that their density over the floor falls with it.
+struct PlaceSampling {
+  double height_share = 1;  // of the height range that heights are drawn from, widened and clamped
+  double nearness = 1;      // exponent of what distances are drawn from: above 1 nearer than uniformly
+  bool ordered = false;     // free faces in turn, evenly over the surface, and places too near moved back (move_back)
+};
+
 double position_distance(const Pose& a, const Pose& b);
 
 class SearchFrame {
@@ -78,12 +85,13 @@ class SearchFrame {
   struct Place {
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero(), from = Eigen::Vector3d::Zero();
   };
-  // `height_share`: of the height range that heights are drawn from, widened and clamped.
-  std::optional<Place> draw_place(int i, double height_share, Random& random) const;
+  std::optional<Place> draw_place(int i, const PlaceSampling& sampling, Random& random) const;
   // Many of the best views are as near as they may be: a place that is nearer is moved away from where it looks to.
   void move_back(Eigen::Vector3d& p_W, double yaw) const;
 
  private:
+  const voxel::VisibilityScene::Face& face_in_turn(int i) const;
+
   std::uint64_t seed_;
   const std::function<void(double)>& poll_;
   PlannedView result_;

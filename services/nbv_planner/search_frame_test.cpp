@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <utility>
@@ -33,6 +34,7 @@ struct PatchSearch {
   std::optional<SearchFrame> frame;
 };
 
+const PlaceSampling kOrdered{.height_share = 1, .nearness = 1.5, .ordered = true};  // as panorama_search draws
 const Pose kFront = look_along({1.3, -0.072, 1.1}, std::numbers::pi, 0), kBack = look_along({-1.3, 0.072, 1.1}, 0, 0);
 
 TEST(SearchFrame, TermsWhoseLimitsAreBoundsAreLeftOutOfTheScore) {
@@ -102,39 +104,60 @@ TEST(SearchFrame, EvaluatesAsManyAsTheBudgetLets) {
 
 // Three quarters for a free face of an unknown voxel and on the side that it looks to, the others all around; all of them allowed.
 TEST(SearchFrame, PlacesAreAllowedAndMostlyOnTheSideOfTheUnknown) {
-  PatchSearch s;
-  SearchFrame& f = *s.frame;
-  EXPECT_EQ(f.faces.size(), s.evaluator.visibility().unknown_face_count());
-  const robot::ViewLimits& limits = s.situation.limits;
-  int in_front = 0, behind = 0;
-  double nearest = 10, lowest = 10, highest = 0;
-  std::set<double> all;
-  for (int i = 0; i < 400; ++i) {
-    Random random = f.random(0, i);
-    const auto place = f.draw_place(i, 1.0, random);
-    ASSERT_TRUE(place.has_value()) << i;
-    const Eigen::Vector3d& p = place->p_W;
-    EXPECT_EQ(f.evaluator.constraints().check_position(p, std::atan2(place->from.y() - p.y(), place->from.x() - p.x())), Violation::none);
-    EXPECT_GE(p.z(), limits.height_min);
-    EXPECT_LE(p.z(), limits.height_max);
-    EXPECT_GE(s.evaluator.constraints().nearest_voxel(p), limits.distance_min - 1e-9);
-    EXPECT_LE(s.evaluator.constraints().nearest_voxel(p), limits.distance_max + 1e-9);
-    (p.x() > 0.15 ? in_front : behind) += 1;
-    nearest = std::min(nearest, s.evaluator.constraints().nearest_voxel(p));
-    lowest = std::min(lowest, p.z());
-    highest = std::max(highest, p.z());
-    all.insert(p.x());
-    // The same task draws the same place, whoever runs it.
-    Random again = f.random(0, i);
-    EXPECT_EQ(f.draw_place(i, 1.0, again)->p_W, p);
+  for (const PlaceSampling& sampling : {PlaceSampling{}, kOrdered}) {
+    PatchSearch s;
+    SearchFrame& f = *s.frame;
+    EXPECT_EQ(f.faces.size(), s.evaluator.visibility().unknown_face_count());
+    const robot::ViewLimits& limits = s.situation.limits;
+    int in_front = 0, behind = 0;
+    double nearest = 10, lowest = 10, highest = 0;
+    std::set<double> all;
+    for (int i = 0; i < 400; ++i) {
+      Random random = f.random(0, i);
+      const auto place = f.draw_place(i, sampling, random);
+      ASSERT_TRUE(place.has_value()) << i;
+      const Eigen::Vector3d& p = place->p_W;
+      EXPECT_EQ(f.evaluator.constraints().check_position(p, std::atan2(place->from.y() - p.y(), place->from.x() - p.x())), Violation::none);
+      EXPECT_GE(p.z(), limits.height_min);
+      EXPECT_LE(p.z(), limits.height_max);
+      EXPECT_GE(s.evaluator.constraints().nearest_voxel(p), limits.distance_min - 1e-9);
+      EXPECT_LE(s.evaluator.constraints().nearest_voxel(p), limits.distance_max + 1e-9);
+      (p.x() > 0.15 ? in_front : behind) += 1;
+      nearest = std::min(nearest, s.evaluator.constraints().nearest_voxel(p));
+      lowest = std::min(lowest, p.z());
+      highest = std::max(highest, p.z());
+      all.insert(p.x());
+      // The same task draws the same place, whoever runs it.
+      Random again = f.random(0, i);
+      EXPECT_EQ(f.draw_place(i, sampling, again)->p_W, p);
+    }
+    EXPECT_EQ(all.size(), 400u);
+    EXPECT_LT(nearest, 0.75);
+    EXPECT_EQ(lowest, limits.height_min) << "many of the best views lie at a bound";
+    EXPECT_EQ(highest, limits.height_max);
+    // The unknown is the whole face at +x and the rim of its neighbours; of what is drawn all around some half is behind.
+    EXPECT_GT(in_front, 240);
+    EXPECT_GT(behind, 30);
   }
-  EXPECT_EQ(all.size(), 400u);
-  EXPECT_LT(nearest, 0.75);
-  EXPECT_EQ(lowest, limits.height_min) << "many of the best views lie at a bound";
-  EXPECT_EQ(highest, limits.height_max);
-  // The unknown is the whole face at +x and the rim of its neighbours; of what is drawn all around some half is behind.
-  EXPECT_GT(in_front, 240);
-  EXPECT_GT(behind, 30);
+}
+
+// So that many lie as near as they may, and what is far enough stays where it is.
+TEST(SearchFrame, PlacesThatAreTooNearAreMovedBack) {
+  PatchSearch s;
+  const Constraints& constraints = s.evaluator.constraints();
+  const double least = s.situation.limits.distance_min;
+  for (double x : {0.3, 0.5, 0.7, 1.4}) {
+    const Eigen::Vector3d before(x, 0, 1.1);
+    Eigen::Vector3d p = before;
+    s.frame->move_back(p, std::numbers::pi);  // looks at the patch
+    EXPECT_EQ(p.z(), before.z());
+    if (constraints.nearest_voxel(before) >= least) {
+      EXPECT_EQ(p, before);
+    } else {
+      EXPECT_GE(constraints.nearest_voxel(p), least);
+      EXPECT_LE(constraints.nearest_voxel(p), least + 0.01);
+    }
+  }
 }
 
 TEST(SearchFrame, PlacesAreInSightOfTheFacesThatTheyWereDrawnForWhereThereAreSuch) {
@@ -143,16 +166,18 @@ TEST(SearchFrame, PlacesAreInSightOfTheFacesThatTheyWereDrawnForWhereThereAreSuc
   scene.room.size = {8, 8, 3};
   scene.solids = {testing::box({0.5, -0.6, 1.25}, {0.05, 1.9, 2.5})};
   PatchSearch s(100, Bounds::all, testing::patch_at_plus_x(scene));
-  int hidden = 0, drawn = 0;
-  for (int i = 0; i < 300; ++i) {
-    if (i % 4 == 3) continue;  // drawn around the box, whatever hides it
-    Random random = s.frame->random(0, i);
-    const auto place = s.frame->draw_place(i, 1.0, random);
-    ASSERT_TRUE(place.has_value());
-    ++drawn;
-    hidden += s.situation.collision->first_hit(place->p_W, place->from).has_value();
+  for (const PlaceSampling& sampling : {PlaceSampling{}, kOrdered}) {
+    int hidden = 0, drawn = 0;
+    for (int i = 0; i < 300; ++i) {
+      if (i % 4 == 3) continue;  // drawn around the box, whatever hides it
+      Random random = s.frame->random(0, i);
+      const auto place = s.frame->draw_place(i, sampling, random);
+      ASSERT_TRUE(place.has_value());
+      ++drawn;
+      hidden += s.situation.collision->first_hit(place->p_W, place->from).has_value();
+    }
+    EXPECT_LT(hidden, drawn / 5);
   }
-  EXPECT_LT(hidden, drawn / 5);
 }
 
 TEST(SearchFrame, TasksHaveRandomNumbersOfTheirOwn) {

@@ -86,7 +86,7 @@ class ThesisSearch {
     Random random = frame_.random(0, i);
     const Situation& s = frame_.situation;
     Drawn drawn;
-    const auto place = frame_.draw_place(i, frame_.bounds != Bounds::none ? 1.0 : kInnerHeights, random);
+    const auto place = frame_.draw_place(i, {.height_share = frame_.bounds != Bounds::none ? 1.0 : kInnerHeights}, random);
     if (!place) return drawn;
     // Towards the face that the place was drawn for, or any point of the box.
     const voxel::GridGeometry& g = frame_.evaluator.visibility().geometry();

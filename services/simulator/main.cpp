@@ -1,6 +1,6 @@
 #include <filesystem>
 
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 #include "common/service/service.h"
 #include "services/simulator/settings.h"
 #include "services/simulator/simulator_service.h"
@@ -10,7 +10,7 @@ namespace {
 // As given, or among the files that belong to the programs.
 std::string shared_file(const std::string& name) {
   if (std::filesystem::exists(name)) return name;
-  for (const auto& folder : periplus::service::share_folders())
+  for (const auto& folder : periplus::share_folders())
     if (std::filesystem::exists(folder / name)) return (folder / name).string();
   return name;
 }

@@ -204,7 +204,7 @@ SearchSettings settings_of(const std::string& text, int threads) {
   SearchSettings s;
   override_settings(text, s.fast);
   override_settings(text, s.thorough);
-  s.threads = threads; s.keep_candidates = std::getenv("DBG") != nullptr;
+  s.threads = threads;
   s.max_evaluations = 3000;
   s.method = SearchMethod::thesis;
   if (method == "fast") {
@@ -295,20 +295,6 @@ int main(int argc, char** argv) {
         best[r.name] = 0;
       }
       if (detail) std::printf("%-18s %6d", r.name.c_str(), best[r.name]);
-      if (std::getenv("PEAK")) {
-        const Evaluator ev(r.situation, evaluation_of(r.situation), {});
-        Evaluator::Workspace ws;
-        for (int dim = 0; dim < 5; ++dim) {
-          std::printf("\n dim %d:", dim);
-          for (double k : {-1.0, -0.5, -0.25, -0.12, -0.05, 0.0, 0.05, 0.12, 0.25, 0.5, 1.0}) {
-            auto x = references.at(r.name).pose;
-            x[dim] += k * (dim < 3 ? 0.1 : 0.05);
-            const auto e = ev.evaluate(pose_of(x), ws);
-            std::printf(" %s%d", e.violation == Violation::none ? "" : "!", e.gain.voxels);
-          }
-        }
-        std::printf("\n");
-      }
       for (const std::string& m : methods) {
         const SearchSettings settings = settings_of(m, threads);
         for (int seed = 0; seed < seeds; ++seed) {
@@ -323,21 +309,6 @@ int main(int argc, char** argv) {
           const double share = view.evaluation.gain.voxels / static_cast<double>(std::max(1, best[r.name]));
           if (best[r.name] > 0) row.share.push_back(share);  // nothing to compare with otherwise
           for (const auto& [name, seconds] : view.seconds) row.stages[name] += seconds * 1e3;
-          if (std::getenv("DBG")) {
-            const Pose R = pose_of(references.at(r.name).pose);
-            std::map<std::string, std::array<double, 4>> st; std::vector<std::string> order;
-            for (const auto& c : view.candidates) {
-              if (!st.contains(c.stage)) { st[c.stage] = {0, 0, 9, 0}; order.push_back(c.stage); }
-              auto& a = st[c.stage];
-              const double d = (c.X_WC.translation() - R.translation()).norm();
-              a[0] = std::min(a[0], c.f_e); a[3]++;
-              if (d < 0.3 && angle_between(c.X_WC, R) < 0.35) { if (c.f_e < a[1]) { a[1] = c.f_e; a[2] = d; } }
-            }
-            std::printf("\n ref (%.2f %.2f %.2f)", R.translation().x(), R.translation().y(), R.translation().z());
-            for (auto& o : order) std::printf("  %s n%.0f best %.0f near %.0f at %.2f |", o.c_str(), st[o][3], -st[o][0], -st[o][1], st[o][2]);
-            { const Eigen::Vector3d y = camera_yaw_pitch_roll(view.X_WC), q = camera_yaw_pitch_roll(R), t = view.X_WC.translation(); std::printf(" mine %.3f %.3f %.3f  %.3f %.3f %.3f  ref %.3f %.3f %.3f  %.3f %.3f %.3f", t.x(), t.y(), t.z(), y.x(), y.y(), y.z(), R.translation().x(), R.translation().y(), R.translation().z(), q.x(), q.y(), q.z()); }
-            std::printf(" final d %.2f a %.2f", (view.X_WC.translation() - R.translation()).norm(), angle_between(view.X_WC, R));
-          }
           if (detail) std::printf("  %s %.4f %.0fms", m.c_str(), share, row.cpu.back());
         }
       }

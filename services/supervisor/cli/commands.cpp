@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "common/core/config.h"
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 #include "services/supervisor/cli/doctor.h"
 #include "services/supervisor/cli/process.h"
 #include "services/supervisor/cli/session.h"
@@ -97,7 +97,7 @@ int print_digest(const std::string& object_id) {
 
 int make_report(const std::string& run, const std::vector<std::string>& options) {
   const fs::path folder = find_run(run);
-  const fs::path program = find_program("report", service::executable_folder());
+  const fs::path program = find_program("report", executable_folder());
   require(!program.empty(), ErrorCode::io, "periplus-report is not installed beside this program; install the package periplus-client or build it");
   std::vector<std::string> arguments{folder.string()};
   arguments.insert(arguments.end(), options.begin(), options.end());
@@ -110,7 +110,7 @@ int make_report(const std::string& run, const std::vector<std::string>& options)
 
 int doctor(bool clean) {
   if (clean) std::cout << "removed " << clean_shared_memory() << " files of killed processes\n";
-  std::vector<Finding> findings = check_programs(service::executable_folder());
+  std::vector<Finding> findings = check_programs(executable_folder());
   const auto add = [&findings](std::vector<Finding> more) { findings.insert(findings.end(), more.begin(), more.end()); };
   add(check_shared_memory());
   add(check_socket_buffers());

@@ -8,7 +8,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/version.h"
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 #include "services/supervisor/cli/commands.h"
 #include "services/supervisor/cli/run_command.h"
 #include "services/supervisor/state_table.h"
@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
       std::vector<std::string> verbs;
       for (const CLI::App* known : app.get_subcommands([](const CLI::App*) { return true; })) verbs.push_back(known->get_name());
       if (std::find(verbs.begin(), verbs.end(), name) == verbs.end()) {
-        const auto program = cli::find_program(name, service::executable_folder());
+        const auto program = cli::find_program(name, executable_folder());
         if (!program.empty()) ::execv(program.c_str(), argv + 1);
         std::cerr << cli::no_such_command(name, verbs) << std::endl;
         return 2;

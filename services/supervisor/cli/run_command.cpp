@@ -17,7 +17,7 @@
 #include "common/core/clock.h"
 #include "common/core/error.h"
 #include "common/dds/node.h"
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 #include "services/supervisor/cli/background.h"
 #include "services/supervisor/cli/process.h"
 #include "services/supervisor/cli/session.h"
@@ -101,7 +101,7 @@ int follow(Session& session, const std::string& run_id) {
 
 // Runs a program that stands beside this one, if it does.
 void run_beside(const std::string& name, const std::string& argument) {
-  const fs::path program = service::executable_folder() / name;
+  const fs::path program = executable_folder() / name;
   if (!fs::exists(program)) return;
   try {
     Process process({.program = program, .arguments = {argument}, .environment = {}, .output = {}});

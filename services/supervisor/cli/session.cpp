@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "common/core/error.h"
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 #include "services/supervisor/cli/background.h"
 #include "services/supervisor/cli/launcher.h"
 #include "services/supervisor/cli/shared_memory.h"
@@ -93,7 +93,7 @@ bool Session::occupied() const {
 
 void Session::start(const Task& task, const std::filesystem::path& logs) {
   impl_->started = true;
-  impl_->launcher = std::make_unique<Launcher>(programs_of(task, service::executable_folder(), logs), logs);
+  impl_->launcher = std::make_unique<Launcher>(programs_of(task, executable_folder(), logs), logs);
   impl_->record = std::make_unique<BackgroundRecord>(impl_->client.domain(), logs.string());
   impl_->launcher->start();
 }

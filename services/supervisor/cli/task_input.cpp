@@ -10,7 +10,7 @@
 #include "common/mesh/made_models.h"
 #include "common/robot/robot_model.h"
 #include "common/scene/scene.h"
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 
 namespace periplus::supervisor::cli {
 namespace fs = std::filesystem;
@@ -20,7 +20,7 @@ namespace {
 fs::path find_task(const std::string& file) {
   if (fs::is_regular_file(file)) return file;
   if (file.find('/') == std::string::npos)
-    for (const fs::path& folder : service::share_folders())
+    for (const fs::path& folder : share_folders())
       for (const std::string& name : {file, file + ".yaml"})
         if (fs::is_regular_file(folder / "tasks" / name)) return folder / "tasks" / name;
   throw Error(ErrorCode::io, "there is no task file " + file + "; give a path such as deploy/tasks/bunny.yaml");

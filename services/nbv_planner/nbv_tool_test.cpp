@@ -25,7 +25,7 @@ struct Answer {
   nlohmann::json json() const { return nlohmann::json::parse(out); }
 };
 
-class NbvProgram : public testing::Test {
+class NbvProgram : public ::testing::Test {
  protected:
   static std::filesystem::path folder() { return std::filesystem::temp_directory_path() / ("periplus_nbv_program_test_" + std::to_string(::getpid())); }
   static std::string file(const std::string& name) { return (folder() / name).string(); }

@@ -1,4 +1,4 @@
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -6,7 +6,7 @@
 
 #include <fstream>
 
-namespace periplus::service {
+namespace periplus {
 namespace {
 
 TEST(Locate, TheFolderOfTheEnvironmentComesFirst) {
@@ -26,7 +26,7 @@ TEST(Locate, TheFolderOfTheEnvironmentComesFirst) {
 
 TEST(Locate, AServiceThatDoesNotExistHasNoConfiguration) { EXPECT_TRUE(default_configuration("no_such_service").empty()); }
 
-TEST(Locate, KnowsItsOwnFolder) { EXPECT_TRUE(std::filesystem::exists(executable_folder() / "service_test")); }
+TEST(Locate, KnowsItsOwnFolder) { EXPECT_TRUE(std::filesystem::exists(executable_folder() / "core_test")); }
 
 }  // namespace
-}  // namespace periplus::service
+}  // namespace periplus

@@ -1,11 +1,11 @@
-#include "common/service/locate.h"
+#include "common/core/locate.h"
 
 #include <cstdlib>
 #include <system_error>
 
 #include "common/core/error.h"
 
-namespace periplus::service {
+namespace periplus {
 namespace fs = std::filesystem;
 namespace {
 
@@ -46,4 +46,4 @@ std::vector<fs::path> share_folders() {
   return found;
 }
 
-}  // namespace periplus::service
+}  // namespace periplus

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace periplus::service {
+namespace periplus {
 
 // The folder of the running program. Throws Error(io) where /proc is missing.
 std::filesystem::path executable_folder();
@@ -19,4 +19,4 @@ std::filesystem::path default_configuration(const std::string& service);
 // $PERIPLUS_SHARE_DIR, <executable>/../share/periplus, deploy/ of the source trees as above.
 std::vector<std::filesystem::path> share_folders();
 
-}  // namespace periplus::service
+}  // namespace periplus
