@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
+#include <future>
 #include <numbers>
 #include <utility>
 
@@ -625,8 +627,8 @@ PairGain VisibilityScene::evaluate_pair(const Pose& X_WC, const StereoRig& rig, 
     gain.voxels += both.pixels > threshold;
     return both;
   };
-  evaluate(X_WC, rig.camera, view, w, w.left);
   if (rig.baseline == 0) {
+    evaluate(X_WC, rig.camera, view, w, w.left);
     w.right.clear();
     VoxelPixels* both = w.both.reserve(w.left.unknown.size());
     for (const VoxelPixels& v : w.left.unknown) *both++ = count(v);
@@ -634,15 +636,34 @@ PairGain VisibilityScene::evaluate_pair(const Pose& X_WC, const StereoRig& rig, 
     return gain;
   }
   rig.check();
-  evaluate(X_WC * Pose(Eigen::Translation3d(rig.baseline, 0, 0)), rig.camera, view, w, w.right);
+  const auto render_right = [&](VisibilityWorkspace& scratch) { evaluate(X_WC * Pose(Eigen::Translation3d(rig.baseline, 0, 0)), rig.camera, view, scratch, w.right); };
+  std::future<void> right;
+  if (w.beside) {
+    w.beside->simd = w.simd;
+    right = std::async(std::launch::async, render_right, std::ref(*w.beside));
+  }
+  evaluate(X_WC, rig.camera, view, w, w.left);
+  if (right.valid()) {
+    right.get();
+  } else {
+    render_right(w);
+  }
+  // The table is large and met at random: entries are fetched ahead.
+  constexpr std::size_t kAhead = 24;
+  const auto each_of = [&](const VoxelList& list, const auto& call) {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (i + kAhead < list.size()) __builtin_prefetch(&w.left_pixels[list[i + kAhead].voxel]);
+      call(list[i]);
+    }
+  };
   w.left_pixels.resize(static_cast<std::size_t>(geometry_.size.x()) * geometry_.size.y() * geometry_.size.z(), 0);
-  for (const VoxelPixels& v : w.left.unknown) w.left_pixels[v.voxel] = v.pixels;
+  each_of(w.left.unknown, [&](VoxelPixels v) { w.left_pixels[v.voxel] = v.pixels; });
   VoxelPixels* both = w.both.reserve(std::min(w.left.unknown.size(), w.right.unknown.size()));
   std::size_t n = 0;
-  for (const VoxelPixels& v : w.right.unknown) {
+  each_of(w.right.unknown, [&](VoxelPixels v) {
     const std::uint32_t pixels = std::min(v.pixels, w.left_pixels[v.voxel]);
     if (pixels != 0) both[n++] = count({v.voxel, pixels});
-  }
+  });
   w.both.set_size(n);
   for (const VoxelPixels& v : w.left.unknown) w.left_pixels[v.voxel] = 0;
   return gain;

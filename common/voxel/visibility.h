@@ -14,6 +14,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "common/geometry/camera.h"
@@ -108,6 +109,9 @@ struct VisibilityWorkspace {
   // with the smaller of their two pixel counts. N_u are those of `both` with more than PairOptions::more_than_pixels.
   VisibilityResult left, right;
   VoxelList both;
+
+  // If there is one, evaluate_pair renders the right eye with it on a thread of its own meanwhile: the same results.
+  std::unique_ptr<VisibilityWorkspace> beside;
 
   // Scratch of the kernel.
   std::vector<std::uint32_t> coverage;

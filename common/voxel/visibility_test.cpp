@@ -264,6 +264,36 @@ TEST(Visibility, PairCountsWhatBothEyesSeeWithinTheRange) {
   EXPECT_EQ(scene.evaluate_pair(X_WC, rig, {}, workspace).voxels, gain.voxels);  // the workspace keeps nothing
 }
 
+// A thread for the right eye changes nothing, and what that thread throws comes out.
+TEST(Visibility, EyesSideBySideSeeTheSame) {
+  Random random(15);
+  const StereoRig rig{Pinhole::from_vertical_fov(320, 240, 0.6), 0.1};
+  const auto entries = [](const VoxelList& list) {
+    std::vector<std::array<std::uint32_t, 2>> all;
+    for (const VoxelPixels& v : list) all.push_back({v.voxel, v.pixels});
+    return all;
+  };
+  std::size_t seen = 0;
+  VisibilityWorkspace one, two;
+  two.beside = std::make_unique<VisibilityWorkspace>();
+  for (int i = 0; i < 10; ++i) {
+    const OccupancyGrid grid = random_grid(random, {30, 26, 28}, 0.3);
+    const VisibilityScene scene(grid);
+    const Pose X_WC = random_view(random, grid.geometry(), 0.0, 1.0);
+    const PairGain a = scene.evaluate_pair(X_WC, rig, {.depth_min = 0, .more_than_pixels = 1}, one), b = scene.evaluate_pair(X_WC, rig, {.depth_min = 0, .more_than_pixels = 1}, two);
+    EXPECT_EQ(a.voxels, b.voxels);
+    EXPECT_EQ(a.pixels, b.pixels);
+    EXPECT_EQ(entries(one.left.unknown), entries(two.left.unknown));
+    EXPECT_EQ(entries(one.right.unknown), entries(two.right.unknown));
+    EXPECT_EQ(entries(one.both), entries(two.both));
+    seen += one.both.size();
+    Pose nowhere = X_WC;
+    nowhere.translation().x() = std::nan("");
+    EXPECT_THROW(scene.evaluate_pair(nowhere, rig, {}, two), Error);
+  }
+  EXPECT_GT(seen, 500u);
+}
+
 // The options leave out exactly what they say: the same list as an evaluation of everything, filtered.
 TEST(Visibility, RangeAndThresholdFilterTheList) {
   Random random(8);

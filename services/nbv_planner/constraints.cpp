@@ -44,21 +44,26 @@ Constraints::Constraints(const Situation& situation, const voxel::VisibilityScen
   const voxel::GridGeometry& g = situation.grid->geometry();
   X_GW_ = g.X_WG.inverse();
   std::map<std::array<int, 6>, Cluster> bricks;  // by region, then by brick
-  for (std::uint32_t at : visibility.surface()) {
+  Cluster* cluster = nullptr;
+  Eigen::Vector3i brick(-1, -1, -1);
+  for (std::uint32_t at : visibility.surface()) {  // brick by brick
     const Eigen::Vector3i v = visibility.voxel(at), b = v / 8, r = v / kRegion;
     const Eigen::Vector3d center = (v.cast<double>().array() + 0.5) * g.voxel_size;
-    auto [it, fresh] = bricks.try_emplace({r.x(), r.y(), r.z(), b.x(), b.y(), b.z()}, Cluster{{center, center}, {}});
-    it->second.include({center, center});
-    it->second.centers_G.push_back(center);
+    if (b != brick) {
+      brick = b;
+      cluster = &bricks.try_emplace({r.x(), r.y(), r.z(), b.x(), b.y(), b.z()}, Cluster{{center, center}, {}}).first->second;
+    }
+    cluster->include({center, center});
+    cluster->centers_G.push_back(center);
   }
   std::array<int, 3> region{-1, -1, -1};
-  for (auto& [at, cluster] : bricks) {
+  for (auto& [at, voxels] : bricks) {
     if (const std::array<int, 3> own{at[0], at[1], at[2]}; own != region) {
-      regions_.push_back({{cluster.lower, cluster.upper}, clusters_.size(), clusters_.size()});
+      regions_.push_back({{voxels.lower, voxels.upper}, clusters_.size(), clusters_.size()});
       region = own;
     }
-    regions_.back().include(cluster);
-    clusters_.push_back(std::move(cluster));
+    regions_.back().include(voxels);
+    clusters_.push_back(std::move(voxels));
     regions_.back().end = clusters_.size();
   }
   double lowest = std::numeric_limits<double>::infinity();

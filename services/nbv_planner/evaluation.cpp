@@ -53,7 +53,8 @@ Evaluator::Evaluator(const Situation& situation, const EvaluationSettings& setti
     likely_situation_.grid = std::make_shared<voxel::OccupancyGrid>(likely_surface(*situation.grid, settings.likely_within));
     likely_ = make_visibility(situation, *likely_situation_.grid, surface_);
   }
-  mark_of_voxel_.assign(static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z(), -1);
+  const std::size_t voxels = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
+  if (!situation.landmarks.empty()) mark_of_voxel_.assign(voxels, -1);
   // One landmark a voxel, the largest: several features on one spot are one thing to see.
   std::vector<double> size;
   for (const auto& l : situation.landmarks) {
@@ -77,13 +78,14 @@ Evaluator::Evaluator(const Situation& situation, const EvaluationSettings& setti
   }
   if (!surface_.empty()) {
     quality_ = quality_so_far(surface_, situation, whole_, settings_.pair, settings.quality_reference);
-    surface_of_voxel_.assign(mark_of_voxel_.size(), -1);
+    surface_of_voxel_.assign(voxels, -1);
     for (std::size_t i = 0; i < surface_.size(); ++i) surface_of_voxel_[surface_[i].voxel] = static_cast<std::int32_t>(i);
   }
   landmark_term_ = settings.landmarks && marks_.size() >= 2 * static_cast<std::size_t>(std::max(1, settings.least_landmarks));
 }
 
 const Evaluator::Mark* Evaluator::mark(std::uint32_t voxel) const {
+  if (mark_of_voxel_.empty()) return nullptr;
   const std::int32_t at = mark_of_voxel_[voxel];
   return at < 0 ? nullptr : &marks_[at];
 }

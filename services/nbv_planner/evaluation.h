@@ -153,7 +153,7 @@ class Evaluator {
   Situation likely_situation_;  // of likely_
   Constraints constraints_;
   bool landmark_term_ = false;
-  std::vector<std::int32_t> mark_of_voxel_;  // -1: none
+  std::vector<std::int32_t> mark_of_voxel_;  // -1: none; empty without landmarks
   std::vector<Mark> marks_;
   std::vector<float> quality_;               // of surface_
   std::vector<std::int32_t> surface_of_voxel_;

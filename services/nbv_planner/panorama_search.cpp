@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <optional>
 
@@ -467,6 +468,10 @@ class PanoramaSearch {
     if (static_cast<int>(candidates.size()) > settings_.exact) candidates.resize(settings_.exact);
     const int budget = std::min(settings_.exact_evaluations, frame_.left() / static_cast<int>(candidates.size()));
     if (budget < 16) return;
+    // With fewer searches than threads each eye has one of its own.
+    for (Evaluator::Workspace& w : frame_.workspaces) {
+      if (frame_.runner.workers() > static_cast<int>(candidates.size())) w.visibility.beside = std::make_unique<voxel::VisibilityWorkspace>();
+    }
     const auto results = frame_.runner.map<Exact>(static_cast<int>(candidates.size()), [&](int i, int worker) {
       Exact e;
       Candidate at = candidates[i];
@@ -542,7 +547,7 @@ class PanoramaSearch {
 
 PanoramaSettings PanoramaSettings::fast() {
   PanoramaSettings s;
-  s.positions = 140;
+  s.positions = 160;
   s.kept = 12;
   s.wide = 24;
   s.starts = 12;

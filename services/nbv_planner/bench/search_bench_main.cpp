@@ -294,7 +294,7 @@ int main(int argc, char** argv) {
         std::printf("%s: no reference\n", r.name.c_str());
         best[r.name] = 0;
       }
-      if (detail) std::printf("%-18s %6d", r.name.c_str(), best[r.name]);
+      if (detail) std::printf("%-18s %6d of %6zu faces", r.name.c_str(), best[r.name], Evaluator(r.situation, evaluation_of(r.situation), {}).visibility().unknown_face_count());
       for (const std::string& m : methods) {
         const SearchSettings settings = settings_of(m, threads);
         for (int seed = 0; seed < seeds; ++seed) {
@@ -309,7 +309,10 @@ int main(int argc, char** argv) {
           const double share = view.evaluation.gain.voxels / static_cast<double>(std::max(1, best[r.name]));
           if (best[r.name] > 0) row.share.push_back(share);  // nothing to compare with otherwise
           for (const auto& [name, seconds] : view.seconds) row.stages[name] += seconds * 1e3;
-          if (detail) std::printf("  %s %.4f %.0fms", m.c_str(), share, row.cpu.back());
+          if (detail) {
+            std::printf("  %s %.4f %.0f/%.0f ms %d", m.c_str(), share, row.cpu.back(), row.wall.back(), view.evaluations);
+            for (const auto& [name, seconds] : view.seconds) std::printf(" %s=%.0f", name.c_str(), seconds * 1e3);
+          }
         }
       }
       if (detail) std::printf("\n");
