@@ -173,7 +173,7 @@ TEST(Benchmark, TheBackOfASlatComesNextAndNotTheSideOfItsShadow) {
   model.integrate(sensor->look(front, 0));
   nbv::EvaluationSettings evaluation;
   evaluation.pair.more_than_pixels = 0;
-  const auto chosen = [&](double likely_within) {
+  const auto chosen = [&](int likely_within) {
     evaluation.likely_within = likely_within;
     const nbv::Situation s = situation_of(arena, std::make_shared<voxel::OccupancyGrid>(model.grid()));
     nbv::Evaluator::Workspace workspace;
@@ -181,7 +181,7 @@ TEST(Benchmark, TheBackOfASlatComesNextAndNotTheSideOfItsShadow) {
   };
   EXPECT_EQ(chosen(0), 0) << "all that is unknown";
   const config::Node shipped = config::load_file(PERIPLUS_SOURCE_DIR "/integration-tests/nbv_benchmark/config/default.yaml");
-  EXPECT_EQ(chosen(shipped.child("planner").child("evaluation").get<double>("likely_within_m")), 1);
+  EXPECT_EQ(chosen(shipped.child("planner").child("evaluation").get<int>("likely_within_voxels")), 1);
 }
 
 TEST(Benchmark, BadMeshesAndFoldersAreNamed) {

@@ -51,7 +51,7 @@ struct EvaluationSettings {
   double motion_per_m = 0.2;        // K_motion: per metre that the left eye moves [1/m] ...
   double motion_per_rad = 0.1;      // ... and per radian that it turns
   LambdaRule lambda_rule = LambdaRule::capped;
-  double likely_within = 0;         // unknown voxels farther from known ones do not count (likely_surface.h) [m]; 0: all do
+  int likely_within = 0;            // unknown voxels farther from known ones do not count (likely_surface.h) [voxels]; 0: all do
   double quality_weight = 0;        // of a known voxel that is seen better than so far (quality.h), per unit of quality, in unknown voxels
   double quality_reference = 0.8;   // z_ref: nearer than this a look is no better [m]
   double lambda_interval = 0;       // of height, pitch, roll and yaw where fixed; 0: the greatest value

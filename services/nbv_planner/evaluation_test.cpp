@@ -125,7 +125,7 @@ TEST(Evaluation, OnlyUnknownNearTheKnownCounts) {
   const Evaluation whole = Evaluator(s, {}, {}).evaluate(X, w);
   EXPECT_GE(whole.gain.voxels, 225);
   EvaluationSettings near;
-  near.likely_within = 0.061;  // three voxels: the outer seven layers do not count, and do not hide what is behind
+  near.likely_within = 3;  // the outer seven layers do not count, and do not hide what is behind
   const Evaluator evaluator(s, near, {});
   EXPECT_FALSE(evaluator.everything_counts());
   EXPECT_EQ(evaluator.evaluate(X, w).value, 225);

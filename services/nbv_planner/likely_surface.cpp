@@ -1,7 +1,6 @@
 #include "services/nbv_planner/likely_surface.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -76,10 +75,9 @@ class Rows {
 
 }  // namespace
 
-voxel::OccupancyGrid likely_surface(const voxel::OccupancyGrid& grid, double within) {
-  const int steps = static_cast<int>(std::lround(within / grid.geometry().voxel_size));
+voxel::OccupancyGrid likely_surface(const voxel::OccupancyGrid& grid, int within) {
   const auto& known = grid.known();
-  if (steps <= 0 || std::all_of(known.begin(), known.end(), [](std::uint64_t w) { return w == 0; })) return grid;
+  if (within <= 0 || std::all_of(known.begin(), known.end(), [](std::uint64_t w) { return w == 0; })) return grid;
 
   const Eigen::Vector3i n = grid.geometry().size, bricks = grid.geometry().bricks();
   Rows near(n), spare(n);
@@ -96,7 +94,7 @@ voxel::OccupancyGrid likely_surface(const voxel::OccupancyGrid& grid, double wit
       }
     }
   }
-  for (int i = 0; i < steps; ++i) near.grow(i % 2 == 1, spare);
+  for (int i = 0; i < within; ++i) near.grow(i % 2 == 1, spare);
 
   voxel::OccupancyGrid likely = grid;
   word = 0;

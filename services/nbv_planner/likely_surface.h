@@ -7,9 +7,9 @@
 
 namespace periplus::nbv {
 
-// The grid without those unknown voxels that are farther than `within` [m] from all known ones; they are empty in it. Distance is
+// The grid without those unknown voxels that are farther than `within` voxels from all known ones; they are empty in it. Distance is
 // counted in steps of a voxel, by turns across a face and across a face, edge or corner: between 1 and 1.16 times `within` is
 // reached, by direction. Nothing known, or `within` 0: the grid as it is.
-voxel::OccupancyGrid likely_surface(const voxel::OccupancyGrid& grid, double within);
+voxel::OccupancyGrid likely_surface(const voxel::OccupancyGrid& grid, int within);
 
 }  // namespace periplus::nbv

@@ -41,7 +41,7 @@ TEST(LikelySurface, KeepsTheUnknownNearTheKnown) {
     }
     grid.revision = 5;
     for (const int steps : {1, 4, 7}) {
-      const voxel::OccupancyGrid likely = likely_surface(grid, steps * 0.01);
+      const voxel::OccupancyGrid likely = likely_surface(grid, steps);
       EXPECT_EQ(likely.revision, 5u);
       int kept = 0, taken = 0;
       for (int x = 0; x < size.x(); ++x) {
@@ -69,10 +69,10 @@ TEST(LikelySurface, NothingKnownOrNoReachChangesNothing) {
   voxel::GridGeometry g;
   g.size = {9, 9, 9};
   voxel::OccupancyGrid grid(g);
-  EXPECT_EQ(likely_surface(grid, 0.05).counts(), grid.counts());
+  EXPECT_EQ(likely_surface(grid, 5).counts(), grid.counts());
   grid.set_state({4, 4, 4}, VoxelState::known);
   EXPECT_EQ(likely_surface(grid, 0).counts(), grid.counts());
-  EXPECT_EQ(likely_surface(grid, 0.01).counts().unknown, 6u);
+  EXPECT_EQ(likely_surface(grid, 1).counts().unknown, 6u);
 }
 
 }  // namespace

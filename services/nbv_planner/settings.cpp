@@ -97,7 +97,7 @@ Settings read_settings(const config::Node& root) {
   choose(evaluation, "quantification", e.quantification,
          {{"pixels", Quantification::pixels}, {"voxels", Quantification::voxels}, {"mixed", Quantification::mixed}});
   evaluation.read("pixels_per_voxel_share", e.pixels_per_voxel_share, {0, 1});
-  evaluation.read("likely_within_m", e.likely_within, {0, 10});
+  evaluation.read("likely_within_voxels", e.likely_within, {0, 1000});
   evaluation.read("quality_weight", e.quality_weight, {0, 1000});
   evaluation.read("quality_reference_m", e.quality_reference, {0.01, 100});
   evaluation.read("interval_exponent", e.interval_exponent, {2, 20});

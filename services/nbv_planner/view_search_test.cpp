@@ -268,7 +268,7 @@ Situation two_plates() {
 TEST(ViewSearch, WhatIsLeftFarFromTheKnownIsFoundAllTheSame) {
   const Situation s = two_plates();
   EvaluationSettings near;
-  near.likely_within = 0.06;
+  near.likely_within = 3;
   const PlannedView v = plan_view(s, 2, {}, near, {});
   EXPECT_GT(v.evaluation.gain.voxels, 200);
   EXPECT_GT(v.evaluation.value, 200);
@@ -278,7 +278,7 @@ TEST(ViewSearch, ListsAreJudgedAlike) {
   const Pose at_known = look_along({-1.3, 0.072, 1.1}, 0, 0), at_unknown = look_along({1.3, -0.072, 1.1}, std::numbers::pi, 0);
   const Situation far = two_plates();
   EvaluationSettings near;
-  near.likely_within = 0.06;
+  near.likely_within = 3;
   Evaluator::Workspace w;
   EXPECT_EQ(choose_view(Evaluator(far, {}, {}), {at_known, at_unknown}, w).index, 1);
   EXPECT_EQ(choose_view(Evaluator(far, near, {}), {at_known, at_unknown}, w).index, 1);  // nothing likely: all of it counts
@@ -288,7 +288,7 @@ TEST(ViewSearch, ListsAreJudgedAlike) {
     return x == 0 ? (y < 10 ? voxel::VoxelState::known : voxel::VoxelState::unknown) : x == 19 ? voxel::VoxelState::unknown : voxel::VoxelState::empty;
   });
   EvaluationSettings reach = near;
-  reach.likely_within = 0.16;
+  reach.likely_within = 8;
   const Pose strip = look_along({-1.3, 0.072, 1.1}, 0, 0);
   EXPECT_EQ(choose_view(Evaluator(both, {}, {}), {strip, at_unknown}, w).index, 1);
   EXPECT_EQ(choose_view(Evaluator(both, reach, {}), {strip, at_unknown}, w).index, 0);
@@ -300,7 +300,7 @@ TEST(ViewSearch, LikelySurfaceDecidesAndAllUnknownIsReported) {
     return x == 0 ? voxel::VoxelState::known : voxel::VoxelState::unknown;
   });
   EvaluationSettings near;
-  near.likely_within = 0.02;
+  near.likely_within = 1;
   const PlannedView v = plan_view(s, 2, {}, near, {});
   Evaluator::Workspace w;
   const Evaluator everything(s, {}, {});
