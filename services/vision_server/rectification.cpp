@@ -1,5 +1,6 @@
 #include "services/vision_server/rectification.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -34,17 +35,12 @@ ImageU8 to_image(const cv::Mat& m) {
   return out;
 }
 
-ImageU8 rectified(const ImageU8& raw, const CameraCalibration& c, const char* eye) {
+ImageU8 rectified(const ImageU8& raw, const CameraCalibration& c, const char* eye, RectificationMaps& maps) {
   require(raw.width == c.width && raw.height == c.height, ErrorCode::vision_image_bad,
           std::string("the ") + eye + " image has " + std::to_string(raw.width) + " x " + std::to_string(raw.height) +
               " pixels, its camera info says " + std::to_string(c.width) + " x " + std::to_string(c.height) +
               "; check the camera driver");
-  if (is_rectified(c)) return raw;
-  cv::Mat map_x, map_y, out;
-  cv::initUndistortRectifyMap(to_cv(c.K), c.distortion, to_cv(c.R), to_cv<3, 3>(c.P.leftCols<3>()),
-                              {c.width, c.height}, CV_32FC1, map_x, map_y);
-  cv::remap(view_of(raw), out, map_x, map_y, cv::INTER_LINEAR);
-  return to_image(out);
+  return is_rectified(c) ? raw : maps.resample(raw, c);
 }
 
 ImageU8 converted(const ImageU8& image, int channels) {
@@ -54,7 +50,47 @@ ImageU8 converted(const ImageU8& image, int channels) {
   return to_image(out);
 }
 
+bool same(const CameraCalibration& a, const CameraCalibration& b) {
+  return a.width == b.width && a.height == b.height && a.distortion == b.distortion && a.K == b.K && a.R == b.R && a.P == b.P;
+}
+
 }  // namespace
+
+struct RectificationMaps::Map {
+  CameraCalibration calibration;
+  cv::Mat x, y;
+};
+
+RectificationMaps::~RectificationMaps() = default;
+
+std::shared_ptr<const RectificationMaps::Map> RectificationMaps::map_of(const CameraCalibration& c) {
+  const std::lock_guard lock(mutex_);
+  const auto known = std::find_if(maps_.begin(), maps_.end(), [&](const auto& map) { return same(map->calibration, c); });
+  if (known != maps_.end()) {
+    maps_.splice(maps_.begin(), maps_, known);
+    return maps_.front();
+  }
+  auto map = std::make_shared<Map>();
+  map->calibration = c;
+  cv::initUndistortRectifyMap(to_cv(c.K), c.distortion, to_cv(c.R), to_cv<3, 3>(c.P.leftCols<3>()), {c.width, c.height},
+                              CV_32FC1, map->x, map->y);
+  ++computed_;
+  maps_.push_front(map);
+  if (maps_.size() > capacity_) maps_.pop_back();
+  return map;
+}
+
+ImageU8 RectificationMaps::resample(const ImageU8& raw, const CameraCalibration& calibration) {
+  const std::shared_ptr<const Map> map = map_of(calibration);
+  cv::Mat out;
+  cv::remap(view_of(raw), out, map->x, map->y, cv::INTER_LINEAR);
+  return to_image(out);
+}
+
+std::size_t RectificationMaps::computed() const {
+  const std::lock_guard lock(mutex_);
+  return computed_;
+}
 
 StereoRig rig_of(const CameraCalibration& left, const CameraCalibration& right) {
   require(left.width == right.width && left.height == right.height, ErrorCode::vision_image_bad,
@@ -73,14 +109,14 @@ StereoRig rig_of(const CameraCalibration& left, const CameraCalibration& right) 
   return rig;
 }
 
-RectifiedPair rectify(const CapturedView& view, const Pose& X_WC_raw) {
+RectifiedPair rectify(const CapturedView& view, const Pose& X_WC_raw, RectificationMaps& maps) {
   RectifiedPair pair;
   pair.rig = rig_of(view.left_calibration, view.right_calibration);
   // R turns raw into rectified coordinates, so the rectified frame stands at its transpose in the raw one.
   pair.X_WC = X_WC_raw;
   pair.X_WC.linear() = X_WC_raw.linear() * view.left_calibration.R.transpose();
-  const ImageU8 left = rectified(view.left, view.left_calibration, "left");
-  const ImageU8 right = rectified(view.right, view.right_calibration, "right");
+  const ImageU8 left = rectified(view.left, view.left_calibration, "left", maps);
+  const ImageU8 right = rectified(view.right, view.right_calibration, "right", maps);
   pair.left = converted(left, 3);
   pair.right = converted(right, 3);
   pair.left_grey = converted(left, 1);

@@ -18,6 +18,11 @@ CapturedView ideal_view() {
   return v;
 }
 
+RectifiedPair rectify(const CapturedView& v, const Pose& X_WC_raw) {
+  RectificationMaps maps;
+  return vision::rectify(v, X_WC_raw, maps);
+}
+
 TEST(Rectification, IdealImagesPassUntouched) {
   const CapturedView v = ideal_view();
   const Pose X_WC = look_at({0, 0, 1}, {1, 0, 1});
@@ -69,6 +74,49 @@ TEST(Rectification, RadialDistortionIsUndone) {
   }
   ASSERT_GT(weight, 0);
   EXPECT_NEAR(sum / weight, kRawCamera.cx + kRawCamera.fx * r, 0.7);
+}
+
+TEST(Rectification, MapsAreComputedOncePerCalibrationAndGiveTheSamePixels) {
+  CapturedView v = ideal_view();
+  v.left_calibration.distortion = {0.3, -0.1, 0.001, 0, 0};
+  v.right_calibration.distortion = {0.2, 0, 0, 0.001, 0};
+  RectificationMaps maps(2);
+  const RectifiedPair first = vision::rectify(v, Pose::Identity(), maps);
+  EXPECT_EQ(maps.computed(), 2u);
+  for (int i = 0; i < 3; ++i) {
+    const RectifiedPair again = vision::rectify(v, Pose::Identity(), maps);
+    EXPECT_EQ(again.left.data, first.left.data);
+    EXPECT_EQ(again.right.data, first.right.data);
+  }
+  EXPECT_EQ(maps.computed(), 2u);
+
+  // Another number, another map: the images are those of a cache that never saw the first.
+  CapturedView other = v;
+  other.left_calibration.distortion[0] = 0.1;
+  EXPECT_EQ(vision::rectify(other, Pose::Identity(), maps).left.data, rectify(other, Pose::Identity()).left.data);
+  EXPECT_EQ(maps.computed(), 3u);
+  other.left_calibration.R = Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  EXPECT_EQ(vision::rectify(other, Pose::Identity(), maps).left.data, rectify(other, Pose::Identity()).left.data);
+  EXPECT_EQ(maps.computed(), 4u);
+  // Only two are kept: the first pair's have left.
+  vision::rectify(v, Pose::Identity(), maps);
+  EXPECT_EQ(maps.computed(), 5u);
+
+  // Ideal images need none, and another size is another calibration.
+  RectificationMaps fresh;
+  vision::rectify(ideal_view(), Pose::Identity(), fresh);
+  EXPECT_EQ(fresh.computed(), 0u);
+  for (const int factor : {1, 2, 4}) {
+    CameraCalibration c = CameraCalibration::ideal(Pinhole::from_vertical_fov(160 * factor, 120 * factor, 0.5));
+    c.distortion = {0.3, 0, 0, 0, 0};
+    for (int i = 0; i < 2; ++i) {
+      const ImageU8 out = fresh.resample(ImageU8(c.width, c.height, 3, 77), c);
+      EXPECT_EQ(out.width, c.width);
+      EXPECT_EQ(out.height, c.height);
+      EXPECT_EQ(out.at(c.width / 2, c.height / 2, 1), 77);
+    }
+  }
+  EXPECT_EQ(fresh.computed(), 3u);
 }
 
 TEST(Rectification, RefusesWhatIsNoRectifiedPair) {

@@ -156,7 +156,7 @@ struct VisionServerService::Impl {
     const auto environment = environment_of(request.environment_revision());
 
     const double begun = seconds_now();
-    const RectifiedPair pair = rectify(*view, left_eye_pose(environment->robot, view->joints, view->X_WB));
+    const RectifiedPair pair = rectify(*view, left_eye_pose(environment->robot, view->joints, view->X_WB), maps);
     check_rig(pair.rig, environment->robot->stereo_rig());
     PerceiveReport report;
     report.seconds.emplace_back("rectify", seconds_now() - begun);
@@ -186,6 +186,7 @@ struct VisionServerService::Impl {
   const VisionSettings settings;
   ViewCollector collector;
   ViewStore views;
+  RectificationMaps maps;
   wire::Knowledge knowledge;
   dds::RpcClient<msg::CameraTriggerRequest, msg::CameraTriggerReply> trigger;
   dds::Publisher<msg::Perception> perceptions;
