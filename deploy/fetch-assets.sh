@@ -2,6 +2,7 @@
 # Fetches the meshes and textures that the scenes name, out of Debian packages, into a cache folder: nothing of them is
 # kept in this repository. May be run again; what is there already is not fetched anew.
 #   --benchmark       also the objects of the benchmark of viewpoint planners (integration-tests/nbv_benchmark)
+#   --calibration     also the chessboard images that the tests of `periplus calibrate` take: 96 MB to fetch
 #   PERIPLUS_ASSETS   the cache folder; default ~/.cache/periplus/assets
 set -eu
 
@@ -29,6 +30,14 @@ libcgal-demo      usr/share/doc/libcgal-dev/data.tar.gz//data/meshes/lion.off   
 sweethome3d-furniture usr/share/sweethome3d/furniture/Scopia.sh3f%%scopia/dog/dog.obj       dog.obj
 "
 fi
+# Stereo pairs of a chessboard, 9 x 6 corners; OpenCV has no pair 10.
+if [ "${1:-}" = --calibration ]; then
+  for pair in 01 02 03 04 05 06 07 08 09 11 12 13 14; do
+    for eye in left right; do list="$list
+opencv-doc        usr/share/doc/opencv-doc/examples/data/$eye$pair.jpg                      calibration/$eye$pair.jpg"
+    done
+  done
+fi
 
 as_root() {
   if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi
@@ -53,6 +62,7 @@ printf '%s\n' "$list" | while read -r package file name; do
       "$temporary/$package/${file%%\%\%*}" "${file#*%%}" >"$temporary/part" ;;
     *) cp "$temporary/$package/$file" "$temporary/part" ;;
   esac
+  mkdir -p "$(dirname "$assets/$name")"
   mv "$temporary/part" "$assets/$name" # whole or not at all
   echo "fetched $name from $package"
 done

@@ -5,6 +5,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 "$here/setup.sh"
+"$here/fetch-assets.sh" --calibration
 "$here/build.sh"
 cd "$here/.."
 left_out=(-LE acceptance)
