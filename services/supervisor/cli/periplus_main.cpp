@@ -18,7 +18,8 @@ int main(int argc, char** argv) {
   using namespace periplus::supervisor;
 
   CLI::App app("periplus: has a robot walk around an unknown object and build its 3D model.\n\n"
-               "`periplus X` runs the program periplus-X for any other X: `periplus nbv` plans a view from files alone.\n"
+               "`periplus X` runs the program periplus-X for any other X: `periplus nbv` plans a view from files alone,\n"
+               "`periplus calibrate` calibrates cameras from images of a chessboard.\n"
                "The environment chooses the bus: PERIPLUS_DOMAIN (42), PERIPLUS_DDS (fastdds | cyclonedds), PERIPLUS_INTERFACE (lo),\n"
                "PERIPLUS_PEERS.");
   app.name("periplus");
