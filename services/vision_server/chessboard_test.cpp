@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "common/core/error.h"
+#include "services/vision_server/testing/chessboard_pairs.h"
 #include "services/vision_server/testing/drawn_board.h"
 
 namespace periplus::vision {
@@ -96,6 +97,15 @@ TEST(FindBoard, AnotherBoardsNumberIsToldFromTheImage) {
   for (const Chessboard& more : {Chessboard{10, 6, 1}, Chessboard{9, 7, 1}, Chessboard{12, 9, 1}}) EXPECT_FALSE(find_board(image, more).view) << more.columns;
   // Columns and rows exchanged are the same board.
   EXPECT_TRUE(find_board(image, {6, 9, 1}).view);
+}
+
+TEST(FindBoard, APartOfARealBoardIsNotTakenForASmallerOne) {
+  for (const auto& [left, right] : testing::chessboard_pairs())
+    for (const auto* image : {&left, &right}) {
+      const BoardSearch s = find_board(image->grey, {8, 6, 1});
+      EXPECT_FALSE(s.view) << image->name;
+      EXPECT_FALSE(find_board(image->grey, {10, 6, 1}).view) << image->name;
+    }
 }
 
 TEST(FindBoard, NothingIsFoundWhereNothingIs) {
