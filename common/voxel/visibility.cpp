@@ -352,14 +352,18 @@ void VisibilityScene::order_bricks(const Eigen::Vector3d& eye, VisibilityWorkspa
     const int code = side[0][b.at[0]] * 9 + side[1][b.at[1]] * 3 + side[2][b.at[2]];
     return rank[static_cast<std::size_t>(code)] * longest + distance[0][b.at[0]] + distance[1][b.at[1]] + distance[2][b.at[2]];
   };
-  std::vector<std::int32_t>& place = workspace.turn_place;
-  place.assign(static_cast<std::size_t>(27 * longest + 1), 0);
-  for (const VisibilityBrick& b : list_) ++place[static_cast<std::size_t>(level_of(b) + 1)];
-  for (std::size_t i = 1; i < place.size(); ++i) place[i] += place[i - 1];
+  std::vector<std::int32_t>& end = workspace.turn_end;
+  end.assign(static_cast<std::size_t>(27 * longest + 1), 0);
+  workspace.brick_level.resize(list_.size());
+  for (std::size_t i = 0; i < list_.size(); ++i) {
+    workspace.brick_level[i] = level_of(list_[i]);
+    ++end[static_cast<std::size_t>(workspace.brick_level[i] + 1)];
+  }
+  for (std::size_t i = 1; i < end.size(); ++i) end[i] += end[i - 1];
   workspace.turns.resize(list_.size());
   for (std::size_t i = 0; i < list_.size(); ++i) {
-    const int level = level_of(list_[i]);
-    workspace.turns[static_cast<std::size_t>(place[static_cast<std::size_t>(level)]++)] = {static_cast<std::int32_t>(i), level};
+    const std::int32_t level = workspace.brick_level[i];
+    workspace.turns[static_cast<std::size_t>(end[static_cast<std::size_t>(level)]++)] = {static_cast<std::int32_t>(i), level};
   }
 }
 
@@ -387,9 +391,8 @@ struct VisibilityScene::Raster {
     for (std::size_t s = 0; s < used; ++s) std::fill(coverage + s * strip + static_cast<std::size_t>(height), coverage + (s + 1) * strip, ~0u);
   }
 
-  // Uncovers pixels [x0, x1) x [y0, y1) of the image.
+  // Uncovers pixels [x0, x1) x [y0, y1) of the image, at least one.
   void open(int x0, int y0, int x1, int y1) {
-    if (x0 >= x1 || y0 >= y1) return;
     for (int s = x0 >> 5; s <= (x1 - 1) >> 5; ++s) {
       std::uint32_t keep = 0;
       if (s == x0 >> 5) keep |= ~(~0u << (x0 & 31));
@@ -480,14 +483,15 @@ struct VisibilityScene::Raster {
   }
 };
 
-// Uncovers the rectangles in which unknown or watched voxels may lie; what hides them is drawn only there then.
-void VisibilityScene::open_counted(Raster& raster, const Eigen::Vector3d& eye, const ViewOptions& options) const {
+// Rectangles about them; what hides them is drawn only there then.
+std::int32_t VisibilityScene::open_counted(Raster& raster, const Eigen::Vector3d& eye, const ViewOptions& options, VisibilityWorkspace& workspace) const {
   const Eigen::Matrix<float, 3, 4> m = raster.m.cast<float>();
   const Eigen::Matrix3f half = m.leftCols<3>() / 2;
   const float depth_min = static_cast<float>(options.depth_min), depth_max = static_cast<float>(options.depth_max);
   const auto pixel = [](float x, int size) { return static_cast<int>(std::clamp(x, 0.0f, static_cast<float>(size))); };
   int own[3];
   for (int a = 0; a < 3; ++a) own[a] = static_cast<int>(std::floor(std::clamp(eye[a] / 8, -1.0, double(bricks_[a]))));
+  std::int32_t last = -1;  // level
   for (const Counted& c : counted_) {
     const std::int32_t* at = list_[static_cast<std::size_t>(c.brick)].at;
     const bool beside = at[0] == own[0] || at[1] == own[1] || at[2] == own[2];
@@ -499,13 +503,17 @@ void VisibilityScene::open_counted(Raster& raster, const Eigen::Vector3d& eye, c
     if (nearest > depth_max || p.z() + reach < depth_min) continue;
     if (nearest < 2 * static_cast<float>(kNear)) {
       raster.open(0, 0, raster.width, raster.height);
-      return;
+      return static_cast<std::int32_t>(workspace.turns.size());
     }
     const float u = p.x() / p.z(), v = p.y() / p.z();
     const float ru = (half.row(0) - u * half.row(2)).cwiseAbs().dot(extent) / nearest, rv = (half.row(1) - v * half.row(2)).cwiseAbs().dot(extent) / nearest;
     // A pixel more each way for what rounding may take.
-    raster.open(pixel(u - ru - 1, raster.width), pixel(v - rv - 1, raster.height), pixel(u + ru + 2, raster.width), pixel(v + rv + 2, raster.height));
+    const int x0 = pixel(u - ru - 1, raster.width), y0 = pixel(v - rv - 1, raster.height), x1 = pixel(u + ru + 2, raster.width), y1 = pixel(v + rv + 2, raster.height);
+    if (x0 >= x1 || y0 >= y1) continue;
+    raster.open(x0, y0, x1, y1);
+    last = std::max(last, workspace.brick_level[static_cast<std::size_t>(c.brick)]);
   }
+  return last < 0 ? 0 : workspace.turn_end[static_cast<std::size_t>(last)];
 }
 
 bool has_simd(Simd simd) {
@@ -562,7 +570,8 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const Vi
   raster.m.col(3) = K * X_CG.translation();
   const Eigen::Vector3d eye = geometry_.X_WG.inverse() * X_WC.translation() / geometry_.voxel_size;
 
-  if (masked) open_counted(raster, eye, options);
+  order_bricks(eye, workspace);
+  const std::int32_t turn_count = masked ? open_counted(raster, eye, options, workspace) : static_cast<std::int32_t>(workspace.turns.size());
 
   // A ray is outside the box as long as it is beyond a side that faces the camera: those parts of the solids come first.
   for (int d = 0; d < 6; ++d) {
@@ -573,9 +582,8 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const Vi
   VisibilityKernelInput in{};
   in.bricks = list_.data();
   in.codes = codes_.data();
-  order_bricks(eye, workspace);
   in.turns = workspace.turns.data();
-  in.turn_count = static_cast<std::int32_t>(workspace.turns.size());
+  in.turn_count = turn_count;
   in.center[0] = camera.width / 2;
   in.center[1] = camera.height / 2;
   for (int a = 0; a < 3; ++a) {

@@ -116,7 +116,8 @@ struct VisibilityWorkspace {
   // Scratch of the kernel.
   std::vector<std::uint32_t> coverage;
   std::vector<BrickTurn> turns;
-  std::vector<std::int32_t> turn_place;
+  std::vector<std::int32_t> turn_end;    // by level: of its turns
+  std::vector<std::int32_t> brick_level;
   std::array<std::vector<BrickPart>, 3> parts;
   std::array<std::vector<std::int8_t>, 3> part_count;
   std::vector<std::uint32_t> left_pixels;
@@ -180,9 +181,10 @@ class VisibilityScene {
     float middle[3], extent[3];  // box around these voxels, in the grid [voxels]
   };
   void list_voxels();
-  void open_counted(Raster& raster, const Eigen::Vector3d& eye, const ViewOptions& options) const;
-  // Outward from the eye (grid frame, voxels).
+  // To workspace.turns, outward from the eye (grid frame, voxels).
   void order_bricks(const Eigen::Vector3d& eye, VisibilityWorkspace& workspace) const;
+  // Uncovers where unknown or watched voxels may lie. How many of the turns they take: none behind these hides them.
+  std::int32_t open_counted(Raster& raster, const Eigen::Vector3d& eye, const ViewOptions& options, VisibilityWorkspace& workspace) const;
 
   GridGeometry geometry_;
   Eigen::Vector3i bricks_{0, 0, 0};

@@ -1,7 +1,7 @@
 // Records the situations of search_bench: runs of the robot's pair with ideal depth around meshes of Debian packages
 // (deploy/fetch-assets.sh), each look planned by plan_view and carved as the model server does.
 //
-//   record_situations small|large OUTPUT
+//   record_situations small|large|unseen OUTPUT       unseen: what no setting of the search was chosen on
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -49,6 +49,13 @@ const std::vector<Run> kLarge = {
     {"elephant-2m", "elephant.off", "y", 2.0, 30, 3, {2, 5, 9}},
     {"triceratops-2m", "triceratops.off", "y", 2.0, 90, 0, {1, 3, 7}},
     {"cow-2m", "cow.off", "y", 2.0, 45, 4, {2, 4, 8}},
+};
+
+const std::vector<Run> kUnseen = {
+    {"lion", "lion.off", "y", 0.5, 110, 2, {1, 2, 3, 5, 7}},
+    {"dog", "dog.obj", "y", 0.5, -30, 1, {1, 2, 3, 4, 6}},
+    {"bunny-turned", "bunny.obj", "y", 0.5, 150, 3, {1, 2, 4, 6, 8}},
+    {"elephant-turned", "elephant.off", "y", 0.5, -140, 2, {1, 2, 3, 5, 7}},
 };
 
 std::string scene_of(const Run& run, std::uint64_t seed) {
@@ -170,15 +177,16 @@ std::vector<RecordedSituation> record(const Run& run, std::uint64_t seed, const 
 int main(int argc, char** argv) {
   using namespace periplus;
   if (argc != 3) {
-    std::cerr << "usage: record_situations small|large OUTPUT\n";
+    std::cerr << "usage: record_situations small|large|unseen OUTPUT\n";
     return 2;
   }
   try {
     const std::string root = PERIPLUS_SOURCE_DIR;
     const auto robot = robot::RobotModel::load_files(root + "/deploy/robots/hrp2like.urdf", root + "/deploy/robots/hrp2like.yaml");
     std::vector<nbv::bench::RecordedSituation> all;
-    std::uint64_t seed = 100;
-    for (const auto& run : std::string(argv[1]) == "large" ? nbv::bench::kLarge : nbv::bench::kSmall) {
+    const std::string which = argv[1];
+    std::uint64_t seed = which == "unseen" ? 5000 : 100;
+    for (const auto& run : which == "large" ? nbv::bench::kLarge : which == "unseen" ? nbv::bench::kUnseen : nbv::bench::kSmall) {
       for (auto& r : nbv::bench::record(run, seed += 100, *robot)) all.push_back(std::move(r));
     }
     std::ofstream(argv[2], std::ios::binary) << nbv::bench::write_situations(all);
