@@ -7,6 +7,8 @@
 #include <string>
 
 #include "common/core/error.h"
+#include "common/object_model/carving_kernel.h"
+#include "common/object_model/image_minimum.h"
 #include "common/scene/scene.h"
 
 namespace periplus::object_model {
@@ -18,48 +20,9 @@ void in_range(double value, double minimum, double maximum, const char* name) {
           std::string(name) + " must lie between " + std::to_string(minimum) + " and " + std::to_string(maximum));
 }
 
-// Least value of any rectangle of an image in a few look-ups: level k holds the minimum over squares of 2^k pixels.
-class RectangleMinimum {
- public:
-  explicit RectangleMinimum(const ImageF& image) : width_(image.width), height_(image.height) {
-    levels_.push_back(image.data);
-    for (int side = 1; side * 2 <= std::min({width_, height_, kLargestSquare}); side *= 2) {
-      const std::vector<float>& from = levels_.back();
-      std::vector<float> to(from.size(), 0);
-      for (int y = 0; y + 2 * side <= height_; ++y) {
-        const float* a = &from[static_cast<std::size_t>(y) * width_];
-        const float* b = &from[static_cast<std::size_t>(y + side) * width_];
-        float* out = &to[static_cast<std::size_t>(y) * width_];
-        for (int x = 0; x + 2 * side <= width_; ++x) out[x] = std::min(std::min(a[x], a[x + side]), std::min(b[x], b[x + side]));
-      }
-      levels_.push_back(std::move(to));
-    }
-  }
-
-  // Over x0..x1, y0..y1, both ends included and inside the image.
-  float operator()(int x0, int y0, int x1, int y1) const {
-    const int shorter = std::min(x1 - x0, y1 - y0) + 1;
-    const int level = std::min(static_cast<int>(std::bit_width(static_cast<unsigned>(shorter))) - 1, static_cast<int>(levels_.size()) - 1);
-    const int side = 1 << level;
-    const std::vector<float>& values = levels_[static_cast<std::size_t>(level)];
-    float least = std::numeric_limits<float>::infinity();
-    for (int y = y0;; y += side) {
-      const int row = std::min(y, y1 - side + 1);
-      for (int x = x0;; x += side) {
-        const int column = std::min(x, x1 - side + 1);
-        least = std::min(least, values[static_cast<std::size_t>(row) * width_ + column]);
-        if (column + side > x1) break;
-      }
-      if (row + side > y1) break;
-    }
-    return least;
-  }
-
- private:
-  static constexpr int kLargestSquare = 64;
-  int width_, height_;
-  std::vector<std::vector<float>> levels_;
-};
+constexpr double kNearestCorner = 1e-3;   // what is nearer to the camera's plane is not seen through [m]
+constexpr double kDepthRounding = 1e-5;   // of depths in single precision [m]
+constexpr int kGreatestLevel = 6;         // squares of 64 pixels
 
 // Nearest value along one direction within `reach` pixels; 0 if there is none.
 float next_value(const ImageF& limit, int x, int y, int dx, int dy, int reach) {
@@ -145,51 +108,71 @@ PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometr
 }
 
 std::vector<std::uint64_t> seen_through(const voxel::OccupancyGrid& grid, const Pinhole& camera, const Pose& X_WC, const ImageF& limit,
-                                        double margin_voxels) {
+                                        double margin_voxels, voxel::Simd simd) {
+  require(limit.width == camera.width && limit.height == camera.height && limit.channels == 1, ErrorCode::bad_size,
+          "the limits of pixels must have the size of the camera's image");
   const voxel::GridGeometry& g = grid.geometry();
-  const double h = g.voxel_size;
-  const RectangleMinimum least(limit);
+  const double h = g.voxel_size, margin = margin_voxels * h;
   std::vector<std::uint64_t> plane(grid.occupied().size(), 0);
-
-  // Homogeneous pixel coordinates are affine in the voxel's index: one column per axis, corners by adding columns.
   const Pose X_CG = X_WC.inverse() * g.X_WG;
   Eigen::Matrix3d K;
   K << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
-  const Eigen::Matrix3d M = K * X_CG.linear() * h;
-  const Eigen::Vector3d origin = K * X_CG.translation();
-  Eigen::Vector3d corner[8];
-  for (int c = 0; c < 8; ++c) corner[c] = M * Eigen::Vector3d(c & 1, (c >> 1) & 1, c >> 2);
-  const double half_depth = 0.5 * (M(2, 0) + M(2, 1) + M(2, 2));
-
+  Eigen::Matrix<double, 3, 4> m;
+  m.leftCols<3>() = K * X_CG.linear() * h;
+  m.col(3) = K * X_CG.translation();
+  GridCamera projection;
+  projection.width = camera.width;
+  projection.height = camera.height;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 4; ++c) projection.m[r][c] = static_cast<float>(m(r, c));
+  }
+  const BlockRange blocks(limit);
+  SquareMinimum squares(limit);
+  const double half = 0.5 * m.row(2).head<3>().cwiseAbs().sum();  // from a voxel's centre to its nearest corner, in depth
   const Eigen::Vector3i nb = g.bricks();
+  LayerRectangles rectangles;
   std::size_t word = 0;
-  for (int bx = 0; bx < nb.x(); ++bx)
-    for (int by = 0; by < nb.y(); ++by)
-      for (int bz = 0; bz < nb.z(); ++bz)
-        for (int wx = 0; wx < 8; ++wx, ++word) {
-          std::uint64_t candidates = grid.occupied()[word] & ~grid.environment()[word];
-          while (candidates) {
-            const int bit = std::countr_zero(candidates);
-            candidates &= candidates - 1;
-            const Eigen::Vector3d base =
-                origin + M * Eigen::Vector3d(bx * 8 + wx, by * 8 + (bit >> 3), bz * 8 + (bit & 7));
-            double u0 = 1e9, u1 = -1e9, v0 = 1e9, v1 = -1e9, nearest = 1e9;
-            for (const Eigen::Vector3d& offset : corner) {
-              const Eigen::Vector3d q = base + offset;
-              nearest = std::min(nearest, q.z());
-              const double inverse = 1 / q.z(), u = q.x() * inverse, v = q.y() * inverse;
-              u0 = std::min(u0, u);
-              u1 = std::max(u1, u);
-              v0 = std::min(v0, v);
-              v1 = std::max(v1, v);
-            }
-            // Behind the camera, or partly outside the image: nothing is known about all of it.
-            if (!(nearest > 1e-3) || !(u0 >= -0.5 && v0 >= -0.5 && u1 < camera.width - 0.5 && v1 < camera.height - 0.5)) continue;
-            const float found = least(static_cast<int>(u0 + 0.5), static_cast<int>(v0 + 0.5), static_cast<int>(u1 + 0.5),
-                                      static_cast<int>(v1 + 0.5));
-            if (found > base.z() + half_depth + margin_voxels * h) plane[word] |= 1ull << bit;
+  for (int bx = 0; bx < nb.x(); ++bx) {
+    for (int by = 0; by < nb.y(); ++by) {
+      for (int bz = 0; bz < nb.z(); ++bz, word += 8) {
+        std::uint64_t candidates[8], any = 0;
+        for (int x = 0; x < 8; ++x) any |= candidates[x] = grid.occupied()[word + x] & ~grid.environment()[word + x];
+        if (any == 0) continue;
+        // All of the brick at once: nothing of it, or all, may be seen through.
+        double u0 = 1e9, u1 = -1e9, v0 = 1e9, v1 = -1e9, near = 1e9, far = -1e9;
+        for (int c = 0; c < 8; ++c) {
+          const Eigen::Vector3d q = m * Eigen::Vector4d(8 * (bx + (c & 1)), 8 * (by + (c >> 1 & 1)), 8 * (bz + (c >> 2)), 1);
+          near = std::min(near, q.z());
+          far = std::max(far, q.z());
+          u0 = std::min(u0, q.x() / q.z());
+          u1 = std::max(u1, q.x() / q.z());
+          v0 = std::min(v0, q.y() / q.z());
+          v1 = std::max(v1, q.y() / q.z());
+        }
+        if (far < kNearestCorner) continue;
+        if (near > kNearestCorner) {
+          if (u1 < 0 || v1 < 0 || u0 > camera.width - 1 || v0 > camera.height - 1) continue;
+          const bool inside = u0 >= 0 && v0 >= 0 && u1 <= camera.width - 1 && v1 <= camera.height - 1;
+          float least, greatest;
+          blocks.range(std::max(0, static_cast<int>(u0)), std::max(0, static_cast<int>(v0)), std::min(camera.width - 1, static_cast<int>(u1) + 1),
+                       std::min(camera.height - 1, static_cast<int>(v1) + 1), least, greatest);
+          // Its voxels' centres lie half a voxel from its nearest and farthest corner.
+          if (greatest <= near + half + margin) continue;
+          if (inside && least > far - half + margin + kDepthRounding) {
+            std::copy_n(candidates, 8, &plane[word]);
+            continue;
           }
         }
+        for (int x = 0; x < 8; ++x) {
+          if (candidates[x] == 0) continue;
+          layer_rectangles(projection, 8 * bx + x, 8 * by, 8 * bz, rectangles, simd);
+          if (rectangles.shortest == 0) continue;
+          const int level = std::min(static_cast<int>(std::bit_width(static_cast<unsigned>(rectangles.shortest))) - 1, kGreatestLevel);
+          plane[word + x] = candidates[x] & layer_seen_through(rectangles, squares.level(level).data(), camera.width, 1 << level, static_cast<float>(margin), simd);
+        }
+      }
+    }
+  }
   return plane;
 }
 

@@ -19,6 +19,7 @@
 #include "common/geometry/image.h"
 #include "common/object_model/perception.h"
 #include "common/voxel/occupancy_grid.h"
+#include "common/voxel/visibility.h"
 
 namespace periplus::scene {
 class CollisionWorld;
@@ -53,8 +54,11 @@ struct PixelLimits {
 PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometry, const CarvingSettings& settings, bool cautious,
                          const scene::CollisionWorld* known);
 
-// Plane (layout of OccupancyGrid) of the occupied voxels, environment left out, that the limits show to be empty.
+// Plane (layout of OccupancyGrid) of the occupied voxels, environment left out, that the limits show to be empty: those of Algorithm 3,
+// but for a few whose projection ends within rounding of a pixel's border. Brick by brick where one answer holds for a whole brick, else in
+// single precision, rounded towards leaving a voxel standing. The same bits for any `simd`.
+// Throws Error(bad_size) if the limits do not fit the camera.
 std::vector<std::uint64_t> seen_through(const voxel::OccupancyGrid& grid, const Pinhole& camera, const Pose& X_WC, const ImageF& limit,
-                                        double margin_voxels);
+                                        double margin_voxels, voxel::Simd simd = voxel::Simd::best);
 
 }  // namespace periplus::object_model

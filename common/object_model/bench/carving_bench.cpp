@@ -1,0 +1,175 @@
+// A depth map of 640x480 into a grid of 0.5 m around a sphere before a wall, and beside it Algorithm 3 voxel by voxel and OctoMap's
+// insertPointCloud (discretize, lazy_eval, limited to the box) of the same depth. `times_octomap`: how often ours fits into OctoMap's time
+// in this run. Each turn begins with the grid as the first look left it: the work of a second look.
+#include <benchmark/benchmark.h>
+#include <octomap/octomap.h>
+
+#include <cmath>
+#include <ctime>
+#include <map>
+
+#include "common/object_model/evidence.h"
+#include "common/object_model/testing/sphere_views.h"
+
+namespace periplus::object_model {
+namespace {
+
+struct Case {
+  voxel::OccupancyGrid grid{voxel::GridGeometry::from_box(Pose::Identity(), {0.1, 0.1, 0.1}, 0.1)};
+  Evidence evidence;
+  std::vector<std::uint64_t> environment;
+  DepthMap map;
+  PixelLimits limits;
+};
+
+double cpu_seconds() {
+  timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+void carve(const DepthMap& map, const PixelLimits& limits, voxel::OccupancyGrid& grid, Evidence& evidence) {
+  empty_voxels(seen_through(grid, map.camera, map.X_WC, limits.limit, CarvingSettings{}.margin_voxels), false, {}, grid, evidence);
+}
+
+const Case& case_of(int cells) {
+  static std::map<int, Case> cases;
+  const auto [at, is_new] = cases.try_emplace(cells);
+  Case& c = at->second;
+  if (is_new) {
+    const testing::Sphere sphere;
+    const ObjectBox box = testing::box_around(sphere);
+    c.grid = voxel::OccupancyGrid(voxel::GridGeometry::from_box(box.X_WB, box.size, 0.5 / cells));
+    c.evidence = Evidence(c.grid.geometry());
+    c.environment.assign(c.grid.occupied().size(), 0);
+    for (const int n : {0, 1}) {
+      c.map = testing::ideal_view(sphere, n, 6, 640, 480).depth[0];
+      c.limits = pixel_limits(c.map, c.grid.geometry(), {}, false, nullptr);
+      if (n == 0) carve(c.map, c.limits, c.grid, c.evidence);
+    }
+  }
+  return c;
+}
+
+octomap::point3d point(const Eigen::Vector3d& p) { return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())}; }
+
+void insert(const Case& c, octomap::OcTree& tree) {
+  const voxel::GridGeometry& g = c.grid.geometry();
+  octomap::point3d lower = point(g.X_WG.translation()), upper = point(g.X_WG * (g.size.cast<double>() * g.voxel_size).eval());
+  tree.useBBXLimit(true);
+  tree.setBBXMin(lower);
+  tree.setBBXMax(upper);
+  octomap::Pointcloud cloud;
+  for (int v = 0; v < c.map.depth.height; ++v) {
+    for (int u = 0; u < c.map.depth.width; ++u) cloud.push_back(point(c.map.X_WC * c.map.camera.back_project(u, v, c.map.depth.at(u, v))));
+  }
+  tree.insertPointCloud(cloud, point(c.map.X_WC.translation()), -1, true, true);
+}
+
+// CPU time of one insertion [s]; once a run for each grid.
+double octomap_seconds(int cells) {
+  static std::map<int, double> known;
+  const auto [at, is_new] = known.try_emplace(cells, 0.0);
+  if (is_new) {
+    octomap::OcTree tree(case_of(cells).grid.geometry().voxel_size);
+    const double start = cpu_seconds();
+    insert(case_of(cells), tree);
+    at->second = cpu_seconds() - start;
+  }
+  return at->second;
+}
+
+// Carving, points and labels: all that the grid takes from a depth map.
+void depth_into_grid(benchmark::State& state) {
+  const int cells = static_cast<int>(state.range(0));
+  const Case& c = case_of(cells);
+  const double octomap = octomap_seconds(cells);
+  double seconds = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    voxel::OccupancyGrid grid = c.grid;
+    Evidence evidence = c.evidence;
+    state.ResumeTiming();
+    const double start = cpu_seconds();
+    const PixelLimits limits = pixel_limits(c.map, grid.geometry(), {}, false, nullptr);
+    carve(c.map, limits, grid, evidence);
+    add_points(c.map, limits, grid.geometry(), {}, evidence);
+    seconds += cpu_seconds() - start;
+    benchmark::DoNotOptimize(grid.occupied().data());
+  }
+  state.counters["times_octomap"] = octomap * static_cast<double>(state.iterations()) / seconds;
+}
+
+void carving_alone(benchmark::State& state, voxel::Simd simd) {
+  if (!voxel::has_simd(simd)) return state.SkipWithError("this processor has no such instructions");
+  const Case& c = case_of(static_cast<int>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(seen_through(c.grid, c.map.camera, c.map.X_WC, c.limits.limit, CarvingSettings{}.margin_voxels, simd));
+}
+
+void limits_alone(benchmark::State& state) {
+  const Case& c = case_of(static_cast<int>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(pixel_limits(c.map, c.grid.geometry(), {}, false, nullptr));
+}
+
+void points_alone(benchmark::State& state) {
+  const Case& c = case_of(static_cast<int>(state.range(0)));
+  Evidence evidence = c.evidence;
+  for (auto _ : state) add_points(c.map, c.limits, c.grid.geometry(), {}, evidence);
+}
+
+void labels(benchmark::State& state) {
+  const Case& c = case_of(static_cast<int>(state.range(0)));
+  voxel::OccupancyGrid grid = c.grid;
+  for (auto _ : state) label(c.environment, {}, c.evidence, grid);
+}
+
+// Algorithm 3 to the letter.
+void naive(benchmark::State& state) {
+  const Case& c = case_of(static_cast<int>(state.range(0)));
+  const voxel::GridGeometry& g = c.grid.geometry();
+  const Pose X_CG = c.map.X_WC.inverse() * g.X_WG;
+  for (auto _ : state) {
+    std::size_t emptied = 0;
+    testing::for_each_voxel(g, [&](const Eigen::Vector3i& voxel) {
+      if (c.grid.state(voxel) == voxel::VoxelState::empty) return;
+      double u0 = 1e9, u1 = -1e9, v0 = 1e9, v1 = -1e9;
+      for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector2d q = c.map.camera.project(X_CG * ((voxel.cast<double>() + Eigen::Vector3d(corner & 1, corner >> 1 & 1, corner >> 2)) * g.voxel_size));
+        u0 = std::min(u0, q.x());
+        u1 = std::max(u1, q.x());
+        v0 = std::min(v0, q.y());
+        v1 = std::max(v1, q.y());
+      }
+      const double least = (X_CG * ((voxel.cast<double>().array() + 0.5) * g.voxel_size).matrix()).z() + CarvingSettings{}.margin_voxels * g.voxel_size;
+      for (int y = static_cast<int>(std::floor(v0 + 0.5)); y <= static_cast<int>(std::floor(v1 + 0.5)); ++y) {
+        for (int x = static_cast<int>(std::floor(u0 + 0.5)); x <= static_cast<int>(std::floor(u1 + 0.5)); ++x) {
+          if (x < 0 || y < 0 || x >= c.map.camera.width || y >= c.map.camera.height || !(c.limits.limit.at(x, y) > least)) return;
+        }
+      }
+      ++emptied;
+    });
+    benchmark::DoNotOptimize(emptied);
+  }
+}
+
+void octomap_insert_point_cloud(benchmark::State& state) {
+  const Case& c = case_of(static_cast<int>(state.range(0)));
+  for (auto _ : state) {
+    octomap::OcTree tree(c.grid.geometry().voxel_size);
+    insert(c, tree);
+    benchmark::DoNotOptimize(tree.size());
+  }
+}
+
+BENCHMARK(depth_into_grid)->ArgName("cells")->Arg(64)->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(carving_alone, avx512, voxel::Simd::avx512)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(carving_alone, avx2, voxel::Simd::avx2)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(carving_alone, portable, voxel::Simd::portable)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
+BENCHMARK(limits_alone)->ArgName("cells")->Arg(128)->Unit(benchmark::kMillisecond);
+BENCHMARK(points_alone)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
+BENCHMARK(labels)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
+BENCHMARK(naive)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
+BENCHMARK(octomap_insert_point_cloud)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace periplus::object_model

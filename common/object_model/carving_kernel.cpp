@@ -1,0 +1,132 @@
+// Compiled by itself, vectorised, without fused operations (CMakeLists.txt). The bodies are inlined into one function per
+// instruction set.
+#include "common/object_model/carving_kernel.h"
+
+namespace periplus::object_model {
+namespace {
+
+#if defined(__x86_64__)
+#define PERIPLUS_AVX2 __attribute__((target("avx2")))
+#define PERIPLUS_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,prefer-vector-width=512")))
+#endif
+#define PERIPLUS_INLINE inline __attribute__((always_inline))
+
+constexpr float kNear = 1e-3f;   // [m]
+constexpr float kRounding = 1e-6f;  // of a sum of a few products in single precision, as a share of its largest terms
+
+PERIPLUS_INLINE float absolute(float v) { return v < 0 ? -v : v; }
+PERIPLUS_INLINE float least(float a, float b) { return a < b ? a : b; }
+PERIPLUS_INLINE float greatest(float a, float b) { return a > b ? a : b; }
+PERIPLUS_INLINE std::int32_t least(std::int32_t a, std::int32_t b) { return a < b ? a : b; }
+PERIPLUS_INLINE std::int32_t greatest(std::int32_t a, std::int32_t b) { return a > b ? a : b; }
+
+PERIPLUS_INLINE void rectangles_body(const GridCamera& c, int x, int y0, int z0, LayerRectangles& out) {
+  float u0[kLayer], u1[kLayer], v0[kLayer], v1[kLayer], near[kLayer];
+  const float a1 = c.m[0][1], a2 = c.m[0][2], b1 = c.m[1][1], b2 = c.m[1][2], w1 = c.m[2][1], w2 = c.m[2][2];
+  for (int i = 0; i < kLayer; ++i) {
+    u0[i] = v0[i] = near[i] = 1e9f;
+    u1[i] = v1[i] = -1e9f;
+  }
+  for (int corner = 0; corner < 8; ++corner) {
+    const float fx = static_cast<float>(x + (corner & 1));
+    const float a = c.m[0][0] * fx + c.m[0][3], b = c.m[1][0] * fx + c.m[1][3], w = c.m[2][0] * fx + c.m[2][3];
+    const int dy = y0 + (corner >> 1 & 1), dz = z0 + (corner >> 2);
+    for (int i = 0; i < kLayer; ++i) {
+      const float fy = static_cast<float>(dy + (i >> 3)), fz = static_cast<float>(dz + (i & 7));
+      const float depth = (w + w1 * fy) + w2 * fz, inverse = 1.0f / depth;
+      const float u = ((a + a1 * fy) + a2 * fz) * inverse, v = ((b + b1 * fy) + b2 * fz) * inverse;
+      near[i] = least(near[i], depth);
+      u0[i] = least(u0[i], u);
+      u1[i] = greatest(u1[i], u);
+      v0[i] = least(v0[i], v);
+      v1[i] = greatest(v1[i], v);
+    }
+  }
+  float sum[3];  // of the terms of each row, at most
+  for (int k = 0; k < 3; ++k) {
+    sum[k] = ((absolute(c.m[k][0]) * static_cast<float>(x + 1) + absolute(c.m[k][1]) * static_cast<float>(y0 + 8)) + absolute(c.m[k][2]) * static_cast<float>(z0 + 8)) + absolute(c.m[k][3]);
+  }
+  const float rounding = kRounding * (greatest(sum[0], sum[1]) + static_cast<float>(greatest(c.width, c.height)) * sum[2]);  // of u w and v w
+  const float half = 0.5f * (c.m[2][0] + w1 + w2), first = c.m[2][0] * static_cast<float>(x) + c.m[2][3];
+  const float right = static_cast<float>(c.width) - 0.5f, lower = static_cast<float>(c.height) - 0.5f;
+  for (int i = 0; i < kLayer; ++i) {
+    const float fy = static_cast<float>(y0 + (i >> 3)), fz = static_cast<float>(z0 + (i & 7));
+    out.depth[i] = (((first + w1 * fy) + w2 * fz) + half) + kRounding * sum[2];
+    const float slack = rounding / near[i], l = u0[i] - slack, r = u1[i] + slack, t = v0[i] - slack, b = v1[i] + slack;
+    const std::int32_t in = (near[i] > kNear) & (l >= -0.5f) & (t >= -0.5f) & (r < right) & (b < lower);
+    out.inside[i] = in;
+    // What is not inside may be no number at all: 0 then, before it becomes an integer.
+    out.x0[i] = static_cast<std::int32_t>(in != 0 ? l + 0.5f : 0.0f);
+    out.x1[i] = static_cast<std::int32_t>(in != 0 ? r + 0.5f : 0.0f);
+    out.y0[i] = static_cast<std::int32_t>(in != 0 ? t + 0.5f : 0.0f);
+    out.y1[i] = static_cast<std::int32_t>(in != 0 ? b + 0.5f : 0.0f);
+  }
+  std::int32_t shortest = 1 << 30, longest_x = 0, longest_y = 0;
+  for (int i = 0; i < kLayer; ++i) {
+    const std::int32_t across = out.x1[i] - out.x0[i] + 1, down = out.y1[i] - out.y0[i] + 1;
+    shortest = least(shortest, out.inside[i] != 0 ? least(across, down) : 1 << 30);
+    longest_x = greatest(longest_x, across);
+    longest_y = greatest(longest_y, down);
+  }
+  out.shortest = shortest == 1 << 30 ? 0 : shortest;
+  out.longest_x = longest_x;
+  out.longest_y = longest_y;
+}
+
+PERIPLUS_INLINE std::uint64_t seen_body(const LayerRectangles& q, const float* squares, int width, int side, float margin) {
+  float found[kLayer];
+  for (int i = 0; i < kLayer; ++i) found[i] = 1e9f;
+  // Squares beside each other, the last of a row or column moved back to the rectangle's end.
+  for (int down = 0; down < q.longest_y; down += side) {
+    for (int across = 0; across < q.longest_x; across += side) {
+      for (int i = 0; i < kLayer; ++i) {
+        const std::int32_t x = greatest(least(q.x0[i] + across, q.x1[i] - side + 1), 0), y = greatest(least(q.y0[i] + down, q.y1[i] - side + 1), 0);
+        found[i] = least(found[i], squares[y * width + x]);
+      }
+    }
+  }
+  std::uint64_t seen = 0;
+  for (int i = 0; i < kLayer; ++i) {
+    seen |= static_cast<std::uint64_t>((found[i] > q.depth[i] + margin) & q.inside[i]) << i;
+  }
+  return seen;
+}
+
+void rectangles_portable(const GridCamera& c, int x, int y, int z, LayerRectangles& out) { rectangles_body(c, x, y, z, out); }
+std::uint64_t seen_portable(const LayerRectangles& q, const float* s, int width, int side, float margin) { return seen_body(q, s, width, side, margin); }
+#if defined(__x86_64__)
+PERIPLUS_AVX2 void rectangles_avx2(const GridCamera& c, int x, int y, int z, LayerRectangles& out) { rectangles_body(c, x, y, z, out); }
+PERIPLUS_AVX512 void rectangles_avx512(const GridCamera& c, int x, int y, int z, LayerRectangles& out) { rectangles_body(c, x, y, z, out); }
+PERIPLUS_AVX2 std::uint64_t seen_avx2(const LayerRectangles& q, const float* s, int width, int side, float margin) { return seen_body(q, s, width, side, margin); }
+PERIPLUS_AVX512 std::uint64_t seen_avx512(const LayerRectangles& q, const float* s, int width, int side, float margin) { return seen_body(q, s, width, side, margin); }
+#endif
+
+voxel::Simd resolve(voxel::Simd simd) {
+  if (simd != voxel::Simd::best) return simd;
+  static const voxel::Simd best = voxel::has_simd(voxel::Simd::avx512) ? voxel::Simd::avx512
+                                  : voxel::has_simd(voxel::Simd::avx2) ? voxel::Simd::avx2
+                                                                       : voxel::Simd::portable;
+  return best;
+}
+
+}  // namespace
+
+void layer_rectangles(const GridCamera& camera, int x, int y0, int z0, LayerRectangles& out, voxel::Simd simd) {
+#if defined(__x86_64__)
+  simd = resolve(simd);
+  if (simd == voxel::Simd::avx512) return rectangles_avx512(camera, x, y0, z0, out);
+  if (simd == voxel::Simd::avx2) return rectangles_avx2(camera, x, y0, z0, out);
+#endif
+  rectangles_portable(camera, x, y0, z0, out);
+}
+
+std::uint64_t layer_seen_through(const LayerRectangles& rectangles, const float* squares, int width, int side, float margin, voxel::Simd simd) {
+#if defined(__x86_64__)
+  simd = resolve(simd);
+  if (simd == voxel::Simd::avx512) return seen_avx512(rectangles, squares, width, side, margin);
+  if (simd == voxel::Simd::avx2) return seen_avx2(rectangles, squares, width, side, margin);
+#endif
+  return seen_portable(rectangles, squares, width, side, margin);
+}
+
+}  // namespace periplus::object_model

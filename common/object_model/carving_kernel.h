@@ -1,0 +1,33 @@
+// Sixty-four voxels of a grid as an image shows them, once per instruction set. Plain data in, plain data out; no operation is fused or
+// reordered, so that all give the same bits.
+#pragma once
+
+#include <cstdint>
+
+#include "common/voxel/visibility.h"
+
+namespace periplus::object_model {
+
+// (u w, v w, w) of a point of the grid frame [voxels] is m (x, y, z, 1): u, v in pixels, pixel centres at integers; w in metres.
+struct GridCamera {
+  float m[3][4] = {};
+  int width = 0, height = 0;
+};
+
+constexpr int kLayer = 64;  // voxels (x, y0 .. y0 + 7, z0 .. z0 + 7), z fastest
+
+// Rectangles of pixels around the voxels' projections, both ends included, widened by what rounding may take.
+struct LayerRectangles {
+  std::int32_t x0[kLayer], y0[kLayer], x1[kLayer], y1[kLayer];
+  float depth[kLayer];          // of the centre, rounded up [m]
+  std::int32_t inside[kLayer];  // 1: wholly in front of the camera and within the image; else 0, and the rectangle is pixel (0, 0)
+  std::int32_t shortest, longest_x, longest_y;  // sides over those inside [px]; shortest is 0 if none is
+};
+
+void layer_rectangles(const GridCamera& camera, int x, int y0, int z0, LayerRectangles& out, voxel::Simd simd);
+
+// Bit i: voxel i is inside and every pixel of its rectangle is more than `margin` [m] behind its centre. `squares`: least values over squares
+// of `side` pixels by upper left corner, rows of `width` (SquareMinimum); side <= rectangles.shortest.
+std::uint64_t layer_seen_through(const LayerRectangles& rectangles, const float* squares, int width, int side, float margin, voxel::Simd simd);
+
+}  // namespace periplus::object_model
