@@ -129,16 +129,17 @@ for check in "${checks[@]}"; do
       done <<<$'avx512 0.35 1000\navx2 0.5 800' ;;
     search)  # recorded situations, against the best of 50,000 evaluations and a plain search
       ninja -C build/release search_bench >"$work/search.log" 2>&1
-      for size in half-metre two-metres; do
+      for size in half-metre two-metres unseen; do
         (cd services/nbv_planner/bench/situations && "$bin/search_bench" $size.situations --reference $size.reference --methods plain,bobyqa,newuoa,nelder-mead,fast,thorough --seeds 3 \
           --json "$work/search_$size.json") >>"$work/search.log" 2>&1 && cp "$work/search_$size.json" docs/results/
       done
       judge search.half-metre.compared "$(search_value half-metre thorough compared)" searches = 120
       judge search.two-metres.compared "$(search_value two-metres thorough compared)" searches = 36
+      judge search.unseen.compared "$(search_value unseen thorough compared)" searches = 60
       while read -r size method share wall; do
         judge "search.$size.$method.share_98" "$(search_value $size $method at_least_98_percent)" share '>=' "$share" "$(search_value $size plain at_least_98_percent)"
         [ "$wall" = - ] || judge "search.$size.$method.wall_p95" "$(search_value $size $method wall_ms_p95)" ms '<=' "$wall" "$(search_value $size plain wall_ms_p95)"
-      done <<<$'half-metre fast 0.9 150\nhalf-metre thorough 0.96 250\ntwo-metres thorough 0.85 -' ;;
+      done <<<$'half-metre fast 0.9 150\nhalf-metre thorough 0.96 250\ntwo-metres thorough 0.85 -\nunseen fast 0.9 -\nunseen thorough 0.96 -' ;;
     nbv_benchmark)  # viewpoint planners beside each other; page, JSON and CSV go to docs/results/nbv_benchmark
       rm -rf "$work/nbv_benchmark"
       start=$SECONDS
