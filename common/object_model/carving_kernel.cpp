@@ -101,20 +101,12 @@ PERIPLUS_AVX2 std::uint64_t seen_avx2(const LayerRectangles& q, const float* s, 
 PERIPLUS_AVX512 std::uint64_t seen_avx512(const LayerRectangles& q, const float* s, int width, int side, float margin) { return seen_body(q, s, width, side, margin); }
 #endif
 
-voxel::Simd resolve(voxel::Simd simd) {
-  if (simd != voxel::Simd::best) return simd;
-  static const voxel::Simd best = voxel::has_simd(voxel::Simd::avx512) ? voxel::Simd::avx512
-                                  : voxel::has_simd(voxel::Simd::avx2) ? voxel::Simd::avx2
-                                                                       : voxel::Simd::portable;
-  return best;
-}
-
 }  // namespace
 
 void layer_rectangles(const GridCamera& camera, int x, int y0, int z0, LayerRectangles& out, voxel::Simd simd) {
 #if defined(__x86_64__)
-  simd = resolve(simd);
-  if (simd == voxel::Simd::avx512) return rectangles_avx512(camera, x, y0, z0, out);
+  simd = voxel::resolve(simd);
+  if (simd >= voxel::Simd::avx512) return rectangles_avx512(camera, x, y0, z0, out);
   if (simd == voxel::Simd::avx2) return rectangles_avx2(camera, x, y0, z0, out);
 #endif
   rectangles_portable(camera, x, y0, z0, out);
@@ -122,8 +114,8 @@ void layer_rectangles(const GridCamera& camera, int x, int y0, int z0, LayerRect
 
 std::uint64_t layer_seen_through(const LayerRectangles& rectangles, const float* squares, int width, int side, float margin, voxel::Simd simd) {
 #if defined(__x86_64__)
-  simd = resolve(simd);
-  if (simd == voxel::Simd::avx512) return seen_avx512(rectangles, squares, width, side, margin);
+  simd = voxel::resolve(simd);
+  if (simd >= voxel::Simd::avx512) return seen_avx512(rectangles, squares, width, side, margin);
   if (simd == voxel::Simd::avx2) return seen_avx2(rectangles, squares, width, side, margin);
 #endif
   return seen_portable(rectangles, squares, width, side, margin);

@@ -73,7 +73,7 @@ TEST(CarvingKernel, EveryInstructionSetGivesTheSameBits) {
     LayerRectangles expected, found;
     const int x = random.below(20), y = random.below(20), z = random.below(30);
     layer_rectangles(c, x, y, z, expected, voxel::Simd::portable);
-    for (const voxel::Simd simd : {voxel::Simd::avx2, voxel::Simd::avx512}) {
+    for (const voxel::Simd simd : {voxel::Simd::avx2, voxel::Simd::avx512, voxel::Simd::avx512_popcnt}) {
       if (!voxel::has_simd(simd)) continue;
       layer_rectangles(c, x, y, z, found, simd);
       EXPECT_EQ(std::memcmp(&found, &expected, sizeof found), 0);

@@ -58,7 +58,7 @@ TEST(Carving, AgreesWithTheNaiveAlgorithmOnRandomDepths) {
           for (int dx = 0; dx < 20; ++dx) limit.at(x + dx, y + dy) = z;
       }
     const auto plane = seen_through(grid, camera, X_WC, limit, 0.87);
-    for (const voxel::Simd simd : {voxel::Simd::portable, voxel::Simd::avx2, voxel::Simd::avx512}) {
+    for (const voxel::Simd simd : {voxel::Simd::portable, voxel::Simd::avx2, voxel::Simd::avx512, voxel::Simd::avx512_popcnt}) {
       if (voxel::has_simd(simd)) {
         EXPECT_EQ(seen_through(grid, camera, X_WC, limit, 0.87, simd), plane) << voxel::to_string(simd);
       }

@@ -471,12 +471,26 @@ std::int32_t VisibilityScene::open_counted(Raster& raster, const Eigen::Vector3d
 bool has_simd(Simd simd) {
 #if defined(__x86_64__)
   static const bool avx2 = __builtin_cpu_supports("avx2");
-  static const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
-                             __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vpopcntdq");
+  static const bool avx512 = avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
+                             __builtin_cpu_supports("avx512vl");
+  static const bool popcnt = avx512 && __builtin_cpu_supports("avx512vpopcntdq");
 #else
-  constexpr bool avx2 = false, avx512 = false;
+  constexpr bool avx2 = false, avx512 = false, popcnt = false;
 #endif
-  return simd == Simd::avx512 ? avx512 : simd == Simd::avx2 ? avx2 : true;
+  switch (simd) {
+    case Simd::avx2: return avx2;
+    case Simd::avx512: return avx512;
+    case Simd::avx512_popcnt: return popcnt;
+    default: return true;
+  }
+}
+
+Simd resolve(Simd simd) {
+  if (simd != Simd::best) return simd;
+  for (Simd s : {Simd::avx512_popcnt, Simd::avx512, Simd::avx2}) {
+    if (has_simd(s)) return s;
+  }
+  return Simd::portable;
 }
 
 const char* to_string(Simd simd) {
@@ -484,15 +498,21 @@ const char* to_string(Simd simd) {
     case Simd::portable: return "portable";
     case Simd::avx2: return "avx2";
     case Simd::avx512: return "avx512";
+    case Simd::avx512_popcnt: return "avx512_popcnt";
     default: return "best";
   }
 }
 
 namespace {
 VisibilityKernel kernel_of(Simd simd) {
-  if (simd == Simd::best) simd = has_simd(Simd::avx512) ? Simd::avx512 : has_simd(Simd::avx2) ? Simd::avx2 : Simd::portable;
+  simd = resolve(simd);
   require(has_simd(simd), ErrorCode::bad_input, std::string("this processor has no ") + to_string(simd) + "; use Simd::best");
-  return simd == Simd::avx512 ? visibility_kernel_avx512 : simd == Simd::avx2 ? visibility_kernel_avx2 : visibility_kernel_portable;
+  switch (simd) {
+    case Simd::avx512_popcnt: return visibility_kernel_avx512_popcnt;
+    case Simd::avx512: return visibility_kernel_avx512;
+    case Simd::avx2: return visibility_kernel_avx2;
+    default: return visibility_kernel_portable;
+  }
 }
 }  // namespace
 

@@ -82,9 +82,11 @@ struct PairOptions {
   int more_than_pixels = 5;                 // thesis 3.1.2: "above a defined threshold, typically 5"
 };
 
-// Instructions to compute with; all give the same bits. `best` is the widest that the processor has.
-enum class Simd { best, portable, avx2, avx512 };
+// Instructions to compute with, each with those before it; all give the same bits. `best` is the last that the processor has;
+// avx512 is F, BW, DQ and VL (Skylake-X), avx512_popcnt VPOPCNTDQ besides (Ice Lake, Zen 4).
+enum class Simd { best, portable, avx2, avx512, avx512_popcnt };
 bool has_simd(Simd simd);
+Simd resolve(Simd simd);  // what `best` is here; others unchanged
 const char* to_string(Simd simd);
 
 // One per thread; reused from call to call so that nothing is allocated in a search.

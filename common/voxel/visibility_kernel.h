@@ -72,9 +72,10 @@ struct VisibilityKernelOutput {
 
 using VisibilityKernel = void (*)(const VisibilityKernelInput&, VisibilityKernelOutput&);
 
-// The same bits from each. Only where the processor has what they need: AVX2; AVX-512 F, BW, DQ, VL and VPOPCNTDQ.
+// The same bits from each. Only where the processor has what they need: AVX2; AVX-512 F, BW, DQ and VL; VPOPCNTDQ besides.
 void visibility_kernel_portable(const VisibilityKernelInput& input, VisibilityKernelOutput& output);
 void visibility_kernel_avx2(const VisibilityKernelInput& input, VisibilityKernelOutput& output);
 void visibility_kernel_avx512(const VisibilityKernelInput& input, VisibilityKernelOutput& output);
+void visibility_kernel_avx512_popcnt(const VisibilityKernelInput& input, VisibilityKernelOutput& output);
 
 }  // namespace periplus::voxel

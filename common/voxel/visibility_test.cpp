@@ -342,7 +342,7 @@ TEST(Visibility, UnknownAloneListsTheSame) {
     for (std::size_t i = 0; i < a.size(); ++i) ASSERT_TRUE(a[i].voxel == b[i].voxel && a[i].pixels == b[i].pixels) << i;
   };
   const auto compare = [&](const VisibilityScene& scene, const Pose& X_WC, const Pinhole& camera, ViewOptions options) {
-    for (Simd simd : {Simd::portable, Simd::avx2, Simd::avx512}) {
+    for (Simd simd : {Simd::portable, Simd::avx2, Simd::avx512, Simd::avx512_popcnt}) {
       if (!has_simd(simd)) continue;
       VisibilityWorkspace w;
       w.simd = simd;

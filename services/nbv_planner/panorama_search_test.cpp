@@ -60,7 +60,7 @@ TEST(PanoramaSearch, SameBytesOnEveryInstructionSet) {
   SearchSettings search = small(200);
   search.simd = voxel::Simd::portable;
   const PlannedView expected = plan_view(s, 6, search, {}, {});
-  for (const voxel::Simd simd : {voxel::Simd::avx2, voxel::Simd::avx512}) {
+  for (const voxel::Simd simd : {voxel::Simd::avx2, voxel::Simd::avx512, voxel::Simd::avx512_popcnt}) {
     if (!voxel::has_simd(simd)) continue;
     search.simd = simd;
     const PlannedView found = plan_view(s, 6, search, {}, {});

@@ -87,20 +87,12 @@ PERIPLUS_AVX2 void place_avx2(const std::uint32_t* i, int n, const VoxelPlacemen
 PERIPLUS_AVX512 void place_avx512(const std::uint32_t* i, int n, const VoxelPlacement& q, float* x, float* y, float* z) { place_body(i, n, q, x, y, z); }
 #endif
 
-voxel::Simd resolve(voxel::Simd simd) {
-  if (simd != voxel::Simd::best) return simd;
-  static const voxel::Simd best = voxel::has_simd(voxel::Simd::avx512) ? voxel::Simd::avx512
-                                  : voxel::has_simd(voxel::Simd::avx2) ? voxel::Simd::avx2
-                                                                       : voxel::Simd::portable;
-  return best;
-}
-
 }  // namespace
 
 std::int32_t window_sum(const PointArrays& points, const WindowPlanes& window, voxel::Simd simd) {
 #if defined(__x86_64__)
-  simd = resolve(simd);
-  if (simd == voxel::Simd::avx512) return sum_avx512(points, window);
+  simd = voxel::resolve(simd);
+  if (simd >= voxel::Simd::avx512) return sum_avx512(points, window);
   if (simd == voxel::Simd::avx2) return sum_avx2(points, window);
 #endif
   return sum_portable(points, window);
@@ -108,8 +100,8 @@ std::int32_t window_sum(const PointArrays& points, const WindowPlanes& window, v
 
 void point_angles(const PointArrays& points, float cells_per_radian, float* azimuth, float* elevation, voxel::Simd simd) {
 #if defined(__x86_64__)
-  simd = resolve(simd);
-  if (simd == voxel::Simd::avx512) return angles_avx512(points, cells_per_radian, azimuth, elevation);
+  simd = voxel::resolve(simd);
+  if (simd >= voxel::Simd::avx512) return angles_avx512(points, cells_per_radian, azimuth, elevation);
   if (simd == voxel::Simd::avx2) return angles_avx2(points, cells_per_radian, azimuth, elevation);
 #endif
   angles_portable(points, cells_per_radian, azimuth, elevation);
@@ -118,8 +110,8 @@ void point_angles(const PointArrays& points, float cells_per_radian, float* azim
 void place_voxels(const std::uint32_t* index, int count, const VoxelPlacement& placement, float* x, float* y, float* z,
                   voxel::Simd simd) {
 #if defined(__x86_64__)
-  simd = resolve(simd);
-  if (simd == voxel::Simd::avx512) return place_avx512(index, count, placement, x, y, z);
+  simd = voxel::resolve(simd);
+  if (simd >= voxel::Simd::avx512) return place_avx512(index, count, placement, x, y, z);
   if (simd == voxel::Simd::avx2) return place_avx2(index, count, placement, x, y, z);
 #endif
   place_portable(index, count, placement, x, y, z);

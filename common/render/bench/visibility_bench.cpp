@@ -154,6 +154,7 @@ void sizes(benchmark::internal::Benchmark* b) {
 void smaller_sizes(benchmark::internal::Benchmark* b) {
   b->ArgNames({"cells", "cm"})->Unit(benchmark::kMillisecond)->ArgsProduct({{64, 128}, {50, 200}});
 }
+BENCHMARK_CAPTURE(evaluate, avx512_popcnt, Simd::avx512_popcnt)->Apply(sizes);
 BENCHMARK_CAPTURE(evaluate, avx512, Simd::avx512)->Apply(sizes);
 BENCHMARK_CAPTURE(evaluate, avx2, Simd::avx2)->Apply(sizes);
 BENCHMARK_CAPTURE(evaluate, portable, Simd::portable)->Apply(sizes);
