@@ -3,6 +3,7 @@
 # kept in this repository. May be run again; what is there already is not fetched anew.
 #   --benchmark       also the objects of the benchmark of viewpoint planners (integration-tests/nbv_benchmark)
 #   --calibration     also the chessboard images that the tests of `periplus calibrate` take: 96 MB to fetch
+#   --stereo          also two real stereo pairs with true disparity (integration-tests/eyes_benchmark): 117 MB to fetch
 #   PERIPLUS_ASSETS   the cache folder; default ~/.cache/periplus/assets
 set -eu
 
@@ -37,6 +38,16 @@ if [ "${1:-}" = --calibration ]; then
 opencv-doc        usr/share/doc/opencv-doc/examples/data/$eye$pair.jpg                      calibration/$eye$pair.jpg"
     done
   done
+fi
+# Real stereo pairs with their true disparity.
+if [ "${1:-}" = --stereo ]; then list="$list
+opencv-doc        usr/share/doc/opencv-doc/examples/data/aloeL.jpg                          stereo/aloeL.jpg
+opencv-doc        usr/share/doc/opencv-doc/examples/data/aloeR.jpg                          stereo/aloeR.jpg
+opencv-doc        usr/share/doc/opencv-doc/examples/data/aloeGT.png                         stereo/aloeGT.png
+python3-skimage   usr/lib/python3/dist-packages/skimage/data/motorcycle_left.png            stereo/motorcycle_left.png
+python3-skimage   usr/lib/python3/dist-packages/skimage/data/motorcycle_right.png           stereo/motorcycle_right.png
+python3-skimage   usr/lib/python3/dist-packages/skimage/data/motorcycle_disp.npz%%arr_0.npy stereo/motorcycle_disp.npy
+"
 fi
 
 as_root() {
