@@ -10,9 +10,6 @@
 namespace periplus::eyes_benchmark {
 namespace {
 
-constexpr int kHalfWindow = 4;      // [px]; as features.cpp takes it for all but large features
-constexpr double kReach = 0.03;     // [m]; as there
-
 double ratio(std::size_t part, std::size_t whole) { return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole); }
 
 template <class A, class B>
@@ -95,7 +92,7 @@ void add_normal_errors(const ImageF& depth, const ImageU8& object, const Pinhole
       const auto hit = tree.ray(X_WC.translation(), ray);
       if (!hit) continue;
       ++errors.tried;
-      const auto n = vision::normal_at(depth, camera, u, v, kHalfWindow, kReach);
+      const auto n = vision::normal_at(depth, camera, u, v, vision::kNormalHalfWindow, vision::kNormalReach);
       if (!n) continue;
       const Eigen::Vector3i& t = mesh_W.triangles[static_cast<std::size_t>(hit->triangle)];
       const auto corner = [&](int i) { return mesh_W.vertices[static_cast<std::size_t>(t[i])]; };

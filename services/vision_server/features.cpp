@@ -131,9 +131,9 @@ std::vector<object_model::Feature> find_features(const ImageU8& left, const Imag
     f.angle = static_cast<float>(k.angle * M_PI / 180);
     f.p_W = depth.X_WC * p_C[i];
     f.size_m = k.size * p_C[i].z() / camera.fx;
-    const int half_window = std::clamp(static_cast<int>(k.size / 2), 4, 12);
+    const int half_window = std::clamp(static_cast<int>(k.size / 2), kNormalHalfWindow, 12);
     if (const auto n = normal_at(depth.depth, camera, static_cast<int>(std::lround(k.pt.x)),
-                                 static_cast<int>(std::lround(k.pt.y)), half_window, 0.03))
+                                 static_cast<int>(std::lround(k.pt.y)), half_window, kNormalReach))
       f.normal_W = depth.X_WC.linear() * *n;
     f.descriptor = root_sift(found.descriptors, static_cast<int>(i));
     out.push_back(std::move(f));
