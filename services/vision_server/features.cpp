@@ -28,6 +28,21 @@ Found detect(const ImageU8& grey, const ImageU8& mask, const FeatureSettings& s)
   return f;
 }
 
+// 255 where the depth puts a pixel into the box of half sides `half`, or a pixel's width beside it: descriptors are the greater part of the
+// work, and background shows as many features as the object.
+ImageU8 within_box(const object_model::DepthMap& map, const Pose& X_BW, const Eigen::Vector3d& half) {
+  ImageU8 mask(map.depth.width, map.depth.height);
+  const Pose X_BC = X_BW * map.X_WC;
+  for (int y = 0; y < mask.height; ++y)
+    for (int x = 0; x < mask.width; ++x) {
+      const double z = map.depth.at(x, y);
+      if (z <= 0) continue;
+      const Eigen::Array3d p = (X_BC * map.camera.back_project(x, y, z)).cwiseAbs().array();
+      if ((p <= half.array() + z / map.camera.fx).all()) mask.at(x, y) = 255;
+    }
+  return mask;
+}
+
 std::vector<std::uint8_t> root_sift(const cv::Mat& descriptors, int row) {
   const float* v = descriptors.ptr<float>(row);
   double sum = 1e-9;
@@ -39,11 +54,14 @@ std::vector<std::uint8_t> root_sift(const cv::Mat& descriptors, int row) {
   return out;
 }
 
+// `right` in ascending order of rows.
 bool confirmed_by(const std::vector<cv::KeyPoint>& right, const cv::KeyPoint& left, double disparity,
                   const FeatureSettings& s) {
-  for (const cv::KeyPoint& r : right)
-    if (std::abs(r.pt.y - left.pt.y) <= s.stereo_px && std::abs(left.pt.x - r.pt.x - disparity) <= s.stereo_px &&
-        r.size <= left.size * s.scale_ratio && left.size <= r.size * s.scale_ratio)
+  const auto above = [&](const cv::KeyPoint& r, double row) { return r.pt.y < row; };
+  auto r = std::lower_bound(right.begin(), right.end(), left.pt.y - s.stereo_px - 1, above);
+  for (; r != right.end() && r->pt.y <= left.pt.y + s.stereo_px + 1; ++r)
+    if (std::abs(r->pt.y - left.pt.y) <= s.stereo_px && std::abs(left.pt.x - r->pt.x - disparity) <= s.stereo_px &&
+        r->size <= left.size * s.scale_ratio && left.size <= r->size * s.scale_ratio)
       return true;
   return false;
 }
@@ -92,7 +110,9 @@ std::vector<object_model::Feature> find_features(const ImageU8& left, const Imag
   require(left.width == camera.width && left.height == camera.height && left.channels == 1 &&
               depth.depth.width == camera.width && depth.depth.height == camera.height,
           ErrorCode::bad_size, "features need a grey image and a depth map of the camera's size");
-  const Found found = detect(left, box_silhouette(camera, depth.X_WC, box, settings.grow_box_m), settings);
+  const Pose X_BW = box.X_WB.inverse();
+  const Eigen::Vector3d half = box.size / 2 + Eigen::Vector3d::Constant(settings.grow_box_m);
+  const Found found = detect(left, within_box(depth, X_BW, half), settings);
   std::vector<cv::KeyPoint> in_right;
   const bool check_right = !right.empty() && settings.scale_ratio > 0;
   if (check_right) {
@@ -101,10 +121,9 @@ std::vector<object_model::Feature> find_features(const ImageU8& left, const Imag
     const cv::Mat image(right.height, right.width, CV_8UC1, const_cast<std::uint8_t*>(right.data.data()));
     const cv::Mat where(mask.height, mask.width, CV_8UC1, const_cast<std::uint8_t*>(mask.data.data()));
     cv::SIFT::create(0, 3, settings.contrast / 2, settings.edge, 1.6)->detect(image, in_right, where);
+    std::sort(in_right.begin(), in_right.end(), [](const cv::KeyPoint& a, const cv::KeyPoint& b) { return order_of(a) < order_of(b); });
   }
 
-  const Pose X_BW = box.X_WB.inverse();
-  const Eigen::Vector3d half = box.size / 2 + Eigen::Vector3d::Constant(settings.grow_box_m);
   std::vector<std::size_t> candidates;
   std::vector<Eigen::Vector3d> p_C(found.points.size());
   for (std::size_t i = 0; i < found.points.size(); ++i) {
