@@ -8,13 +8,13 @@ namespace periplus::vision {
 
 struct MatchSettings {
   int block = 5;                    // side of the matched block [px], odd
-  int penalty_1 = 8;                // smoothness, per pixel of the block: disparity changes by 1 ...
-  int penalty_2 = 32;               // ... and by more
+  int penalty_1 = 4;                // smoothness, per pixel of the block: disparity changes by 1 ...
+  int penalty_2 = 24;               // ... and by more
   int prefilter_cap = 31;
   int uniqueness_percent = 20;      // by how much the best match must beat the second
   int speckle_window = 200;         // smaller patches are dropped [px]
   int speckle_range = 2;            // [px]
-  double left_right_px = 0.5;       // both eyes must agree to this
+  double left_right_px = 0.75;      // both eyes must agree to this
   // Throws Error(bad_input) naming the parameter.
   void check() const;
 };
