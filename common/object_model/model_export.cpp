@@ -1,54 +1,95 @@
 #include "common/object_model/model_export.h"
 
-#include <octomap/OcTree.h>
-
-#include <cmath>
-#include <sstream>
+#include <array>
+#include <charconv>
 
 #include "common/core/error.h"
 #include "common/geometry/ply.h"
+#include "common/object_model/model_file.h"
 
 namespace periplus::object_model {
 
-std::string to_ply(const SurfaceMesh& mesh) { return encode_ply(mesh.vertices, mesh.colors, mesh.triangles, "metres, world frame, z up"); }
+namespace {
 
-std::string export_ply(const ObjectModel& model, const CarvingSettings& settings) {
+SurfaceMesh surface_of(const ObjectModel& model, const CarvingSettings& settings) {
   const ModelState& s = model.state();
-  return to_ply(extract_surface(s.grid, s.tsdf, settings.truncation_voxels * s.grid.geometry().voxel_size));
+  return extract_surface(s.grid, s.tsdf, settings.truncation_voxels * s.grid.geometry().voxel_size);
 }
 
-std::string export_bt(const ObjectModel& model) {
-  const voxel::OccupancyGrid& grid = model.grid();
-  const voxel::GridGeometry& g = grid.geometry();
-  octomap::OcTree tree(g.voxel_size);
-  Eigen::Vector3d lower = Eigen::Vector3d::Constant(1e9), upper = -lower;
-  for (int c = 0; c < 8; ++c) {
-    const Eigen::Vector3d p =
-        g.X_WG * (Eigen::Vector3d(c & 1 ? g.size.x() : 0, c & 2 ? g.size.y() : 0, c & 4 ? g.size.z() : 0) * g.voxel_size);
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
+constexpr std::array kFormats{
+    ExportFormat{"periplus", ".periplus", "the whole model with its views, to go on learning"},
+    ExportFormat{"ply", ".ply", "coloured triangles, binary"},
+    ExportFormat{"obj", ".obj", "triangles with colours and normals, text"},
+    ExportFormat{"glb", ".glb", "coloured triangles, binary glTF 2.0, y up"},
+    ExportFormat{"points.ply", ".points.ply", "one point with normal and colour for each known voxel, binary"},
+    ExportFormat{"pcd", ".pcd", "the same points for PCL"},
+    ExportFormat{"bt", ".bt", "occupied, free and unknown as an OctoMap"},
+    ExportFormat{"ot", ".ot", "the same with colours, a ColorOcTree of OctoMap"},
+    ExportFormat{"features.csv", ".features.csv", "the visual features of each view with their descriptors, text"},
+};
+
+using Write = std::string (*)(const ObjectModel&, const CarvingSettings&);
+// In the order of kFormats.
+constexpr std::array<Write, kFormats.size()> kWriters{
+    [](const ObjectModel& m, const CarvingSettings&) { return write_model(m); },
+    [](const ObjectModel& m, const CarvingSettings& s) { return to_ply(surface_of(m, s)); },
+    [](const ObjectModel& m, const CarvingSettings& s) { return to_obj(surface_of(m, s)); },
+    [](const ObjectModel& m, const CarvingSettings& s) { return to_glb(surface_of(m, s)); },
+    [](const ObjectModel& m, const CarvingSettings&) { return to_ply(surface_points(m)); },
+    [](const ObjectModel& m, const CarvingSettings&) { return to_pcd(surface_points(m)); },
+    [](const ObjectModel& m, const CarvingSettings&) { return export_bt(m); },
+    [](const ObjectModel& m, const CarvingSettings&) { return export_ot(m); },
+    [](const ObjectModel& m, const CarvingSettings&) { return features_csv(m); },
+};
+
+template <class T>
+void append_number(std::string& out, T value) {
+  char text[32];
+  out.append(text, std::to_chars(text, text + sizeof text, value).ptr);
+}
+
+// An identifier may hold anything.
+std::string quoted(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) out.append(c == '"' ? 2 : 1, c);
+  return out + "\"";
+}
+
+}  // namespace
+
+std::span<const ExportFormat> export_formats() { return kFormats; }
+
+std::string export_model(const ObjectModel& model, std::string_view format, const CarvingSettings& settings) {
+  settings.check();
+  std::string names;
+  for (std::size_t i = 0; i < kFormats.size(); ++i) {
+    if (format == kFormats[i].name) return kWriters[i](model, settings);
+    names += (i ? ", " : "") + std::string(kFormats[i].name);
   }
-  // OctoMap counts leaves from -2^15 to 2^15 - 1 about the origin.
-  require((lower.array() > -32767 * g.voxel_size).all() && (upper.array() < 32766 * g.voxel_size).all(), ErrorCode::bad_input,
-          "the object lies too far from the origin for an OctoMap of this voxel size");
-  const Eigen::Vector3i first = (lower / g.voxel_size).array().floor().cast<int>();
-  const Eigen::Vector3i last = (upper / g.voxel_size).array().ceil().cast<int>();
-  for (int x = first.x(); x < last.x(); ++x)
-    for (int y = first.y(); y < last.y(); ++y)
-      for (int z = first.z(); z < last.z(); ++z) {
-        const Eigen::Vector3d p = (Eigen::Vector3d(x, y, z).array() + 0.5) * g.voxel_size;
-        const Eigen::Vector3i v = g.voxel_of(p);
-        if (!g.contains(v)) continue;
-        const voxel::VoxelState s = grid.state(v);
-        if (s == voxel::VoxelState::unknown) continue;
-        const octomap::OcTreeKey key(static_cast<octomap::key_type>(x + 32768), static_cast<octomap::key_type>(y + 32768),
-                                     static_cast<octomap::key_type>(z + 32768));
-        tree.updateNode(key, s != voxel::VoxelState::empty, true);
+  throw_error(ErrorCode::bad_input, "no model is written as `" + std::string(format.substr(0, 32)) + "`; the formats are " + names);
+}
+
+std::string to_ply(const SurfaceMesh& mesh) { return encode_ply(mesh.vertices, mesh.colors, mesh.triangles, "metres, world frame, z up"); }
+
+std::string export_ply(const ObjectModel& model, const CarvingSettings& settings) { return to_ply(surface_of(model, settings)); }
+
+std::string features_csv(const ObjectModel& model) {
+  std::string out = "view,u_px,v_px,size_px,angle_rad,x_m,y_m,z_m,normal_x,normal_y,normal_z,size_m,descriptor\r\n";
+  for (const auto& view : model.state().views)
+    for (const Feature& f : view->features) {
+      out += quoted(view->view_id);
+      for (const float value : {f.u, f.v, f.size, f.angle}) append_number(out += ',', value);
+      for (const Eigen::Vector3d& vector : {f.p_W, f.normal_W})
+        for (int n = 0; n < 3; ++n) append_number(out += ',', vector[n]);
+      append_number(out += ',', f.size_m);
+      out += ',';
+      for (const std::uint8_t byte : f.descriptor) {
+        out += "0123456789abcdef"[byte >> 4];
+        out += "0123456789abcdef"[byte & 15];
       }
-  tree.updateInnerOccupancy();
-  std::ostringstream out;
-  require(tree.writeBinary(out), ErrorCode::internal, "OctoMap refused to write its tree");
-  return out.str();
+      out += "\r\n";
+    }
+  return out;
 }
 
 }  // namespace periplus::object_model
