@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""read_models.py WRITE_MODELS WORK: opens a model's files with public readers and compares them with the truth.
+
+Exit status: 0 all hold, 1 some do not, 77 Python's packages cannot be had here.
+"""
+import csv
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import venv
+
+# What must be there for the test to say anything, and readers that have no wheels everywhere.
+NEEDED = ["numpy", "trimesh", "pygltflib", "plyfile"]
+OPTIONAL = ["open3d", "pyoctomap"]
+
+
+def skip(why):
+    print("SKIPPED:", why)
+    sys.exit(77)
+
+
+def install(work):
+    """Makes the environment once; a stamp says that it is whole."""
+    home = work / "venv"
+    python = home / "bin" / "python"
+    stamp = home / "complete"
+    if not stamp.exists():
+        try:
+            venv.create(home, with_pip=True, clear=True)
+        except (OSError, subprocess.CalledProcessError) as error:
+            skip(f"no virtual environment can be made (python3-venv): {error}")
+        pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--retries", "1", "--timeout", "20", "--only-binary=:all:"]
+        if subprocess.run([*pip, *NEEDED], timeout=400).returncode:
+            skip("Python's packages cannot be had here")
+        for package in OPTIONAL:
+            if subprocess.run([*pip, package], timeout=400).returncode:
+                print(f"{package} does not install here: what it alone reads stays unread")
+        stamp.touch()
+    return python
+
+
+failures = []
+
+
+def hold(what, condition, detail=""):
+    print("ok  " if condition else "FAIL", what, detail)
+    if not condition:
+        failures.append(what)
+
+
+def near(a, b, tolerance=1e-5):
+    import numpy
+    return numpy.shape(a) == numpy.shape(b) and bool(numpy.allclose(a, b, rtol=0, atol=tolerance))
+
+
+def unit(normals):
+    import numpy
+    return near(numpy.linalg.norm(normals, axis=1), numpy.ones(len(normals)), 1e-4)
+
+
+def outward(points, normals, truth):
+    """Mean cosine between the normals and the sphere's."""
+    import numpy
+    rays = numpy.asarray(points) - truth["sphere"]["center"]
+    return float(numpy.mean(numpy.sum(normals * rays, axis=1) / numpy.linalg.norm(rays, axis=1)))
+
+
+def read_meshes(work, truth):
+    import numpy
+    import trimesh
+    mesh = truth["mesh"]
+    for name in ("ball.ply", "ball.obj", "ball.glb"):
+        read = trimesh.load(work / name, process=False, force="mesh")
+        y_up = name.endswith("glb")
+        vertices = numpy.asarray(read.vertices)
+        if y_up:
+            vertices = numpy.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
+        hold(f"{name}: trimesh, vertices", len(vertices) == mesh["vertices"], f"{len(vertices)}")
+        hold(f"{name}: trimesh, triangles", len(read.faces) == mesh["triangles"], f"{len(read.faces)}")
+        hold(f"{name}: trimesh, bounds", near([vertices.min(axis=0), vertices.max(axis=0)], mesh["bounds"]))
+        hold(f"{name}: trimesh, closed as the mesh is", bool(read.is_watertight) == mesh["closed"], str(read.is_watertight))
+        # Of the triangles' own: those of the file are looked at by others.
+        cosine = outward(vertices, vertices_normals(read, y_up), truth)
+        hold(f"{name}: trimesh, triangles turn outward", cosine > 0.9, f"{cosine:.3f}")
+        colors = None if y_up else numpy.asarray(read.visual.vertex_colors)[:, :3]
+        for sample in mesh["samples"]:
+            hold(f"{name}: trimesh, vertex {sample['index']}", near(vertices[sample["index"]], sample["position"]))
+            if not y_up:  # read_glb looks at those of the glb
+                hold(f"{name}: trimesh, colour {sample['index']}", near(colors[sample["index"]], sample["color"], 1))
+
+
+def vertices_normals(read, y_up):
+    import numpy
+    normals = numpy.asarray(read.vertex_normals)
+    return numpy.stack([normals[:, 0], -normals[:, 2], normals[:, 1]], axis=1) if y_up else normals
+
+
+def read_glb(work, truth):
+    import numpy
+    import pygltflib
+    gltf = pygltflib.GLTF2().load(str(work / "ball.glb"))
+    blob = gltf.binary_blob()
+    primitive = gltf.meshes[0].primitives[0]
+    columns = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
+    types = {5123: numpy.uint16, 5125: numpy.uint32, 5126: numpy.float32}
+
+    def array(accessor_index):
+        accessor = gltf.accessors[accessor_index]
+        view = gltf.bufferViews[accessor.bufferView]
+        hold(f"ball.glb: accessor {accessor_index} begins at a multiple of four", view.byteOffset % 4 == 0)
+        flat = numpy.frombuffer(blob, types[accessor.componentType], accessor.count * columns[accessor.type], view.byteOffset)
+        hold(f"ball.glb: accessor {accessor_index} fills its view", flat.nbytes == view.byteLength)
+        return accessor, flat.reshape(accessor.count, -1)
+
+    positions, p = array(primitive.attributes.POSITION)
+    hold("ball.glb: min and max are the positions'", near(positions.min, p.min(axis=0)) and near(positions.max, p.max(axis=0)))
+    _, normals = array(primitive.attributes.NORMAL)
+    hold("ball.glb: normals of unit length", unit(normals))
+    accessor, colors = array(primitive.attributes.COLOR_0)
+    linear = colors[:, :3] / 65535
+    srgb = 255 * numpy.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    hold("ball.glb: colours are normalised", accessor.normalized)
+    for sample in truth["mesh"]["samples"]:
+        hold(f"ball.glb: colour {sample['index']} is linear", near(srgb[sample["index"]], sample["color"], 0.5))
+    _, indices = array(primitive.indices)
+    hold("ball.glb: indices", len(indices) == 3 * truth["mesh"]["triangles"] and indices.max() == truth["mesh"]["vertices"] - 1)
+    hold("ball.glb: generator", gltf.asset.generator == "Periplus" and gltf.asset.version == "2.0")
+    hold("ball.glb: one buffer as long as said", gltf.buffers[0].byteLength == len(blob.rstrip(b"")) or len(blob) - gltf.buffers[0].byteLength < 4)
+
+
+def check_points(name, points, normals, colors, truth):
+    import numpy
+    points, normals, colors = (numpy.asarray(a, dtype=float) for a in (points, normals, colors))
+    cloud = truth["points"]
+    hold(f"{name}, points", len(points) == cloud["count"], f"{len(points)}")
+    hold(f"{name}, bounds", near([points.min(axis=0), points.max(axis=0)], cloud["bounds"]))
+    hold(f"{name}, normals of unit length and outward", unit(normals) and outward(points, normals, truth) > 0.85, f"{outward(points, normals, truth):.3f}")
+    for sample in cloud["samples"]:
+        i = sample["index"]
+        hold(f"{name}, point {i}", near(points[i], sample["position"]) and near(normals[i], sample["normal"]) and near(colors[i], sample["color"], 1))
+
+
+def read_points(work, truth):
+    import numpy
+    import plyfile
+    vertex = plyfile.PlyData.read(str(work / "ball.points.ply"))["vertex"]
+    check_points("ball.points.ply: plyfile", *(numpy.stack([vertex[n] for n in names], axis=1) for names in (("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue"))), truth)
+    mesh = plyfile.PlyData.read(str(work / "ball.ply"))
+    hold("ball.ply: plyfile", mesh["vertex"].count == truth["mesh"]["vertices"] and mesh["face"].count == truth["mesh"]["triangles"])
+    try:
+        import open3d
+    except (ImportError, OSError) as error:
+        print("not read by Open3D:", error)
+        return
+    for name in ("ball.points.ply", "ball.pcd"):
+        cloud = open3d.io.read_point_cloud(str(work / name))
+        check_points(f"{name}: Open3D", cloud.points, cloud.normals, numpy.asarray(cloud.colors) * 255, truth)
+    for name in ("ball.ply", "ball.obj", "ball.glb"):
+        read = open3d.io.read_triangle_mesh(str(work / name))
+        hold(f"{name}: Open3D, triangles", len(read.triangles) == truth["mesh"]["triangles"], f"{len(read.triangles)}")
+        if name == "ball.obj":
+            normals = numpy.asarray(read.vertex_normals)
+            hold(f"{name}: Open3D, normals of unit length and outward", unit(normals) and outward(read.vertices, normals, truth) > 0.9)
+
+
+def read_trees(work, truth):
+    try:
+        import pyoctomap
+    except (ImportError, OSError) as error:
+        print("not read by pyoctomap:", error)
+        return
+    plain = pyoctomap.OcTree(0.1)
+    hold("ball.bt: pyoctomap reads it", plain.readBinary(str(work / "ball.bt")))
+    coloured = pyoctomap.ColorOcTree(0.1).read(str(work / "ball.ot"))
+    for name, tree in (("ball.bt", plain), ("ball.ot", coloured)):
+        hold(f"{name}: pyoctomap, resolution", near(tree.getResolution(), truth["voxel_m"], 1e-12))
+        cells, red = {True: 0, False: 0}, 0
+        for leaf in tree.begin_leafs():
+            # A pruned leaf stands for all cells it covers.
+            occupied, covered = bool(tree.isNodeOccupied(leaf)), round(leaf.getSize() / truth["voxel_m"]) ** 3
+            cells[occupied] += covered
+            if name == "ball.ot" and occupied and tuple(leaf.current_node.getColor()) == (200, 40, 40):
+                red += covered
+        hold(f"{name}: pyoctomap, occupied", cells[True] == truth["voxels"]["occupied"], f"{cells[True]}")
+        if name == "ball.ot":
+            hold(f"{name}: pyoctomap, leaves in the object's colour", red > 0.5 * cells[True], f"{red}")
+        hold(f"{name}: pyoctomap, free", cells[False] == truth["voxels"]["free"], f"{cells[False]}")
+
+
+def read_features(work, truth):
+    with open(work / "ball.features.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    hold("ball.features.csv: lines", len(rows) == truth["features"]["count"], f"{len(rows)}")
+    hold("ball.features.csv: position", float(rows[0]["x_m"]) == truth["features"]["x"])
+    hold("ball.features.csv: descriptors", all(len(bytes.fromhex(row["descriptor"])) == truth["features"]["octets"] for row in rows))
+
+
+def main():
+    writer, work = sys.argv[1], pathlib.Path(sys.argv[2])
+    work.mkdir(parents=True, exist_ok=True)
+    if os.environ.get("PERIPLUS_PUBLIC_READERS") != "installed":
+        python = install(work)
+        sys.exit(subprocess.run([python, __file__, writer, work], env={**os.environ, "PERIPLUS_PUBLIC_READERS": "installed"}).returncode)
+    subprocess.run([writer, work], check=True)
+    truth = json.loads((work / "truth.json").read_text())
+    for read in (read_meshes, read_glb, read_points, read_trees, read_features):
+        read(work, truth)
+    print(f"{len(failures)} do not hold" if failures else "all hold")
+    sys.exit(1 if failures else 0)
+
+
+if __name__ == "__main__":
+    main()
