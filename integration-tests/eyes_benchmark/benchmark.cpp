@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <map>
 #include <optional>
 
@@ -23,6 +24,8 @@ constexpr int kNormalStep = 4;                       // [px]
 constexpr double kDepthShown[2] = {0.85, 1.6}, kErrorShown = 0.01;  // [m]
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+double processor() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 double median(std::vector<double> values) { return spread(std::move(values)).median; }
 
@@ -83,7 +86,7 @@ class Benchmark {
     row.paint = to_string(paint);
     StereoTally ours, plain;
     NormalErrors normals;
-    std::vector<double> seconds, plain_seconds;
+    std::vector<double> seconds, processor_seconds, plain_seconds;
     std::map<std::string, std::vector<double>> steps;
     std::vector<std::string> order;
     const StereoRig rig = robot_eyes();
@@ -101,6 +104,7 @@ class Benchmark {
         by_plain = plain_match(shot.pair.left_grey, shot.pair.right_grey, s.range);
         plain_seconds.push_back(now() - begin);
         vision::PerceiveReport report;
+        const double processor_begin = processor();
         begin = now();
         try {
           s.perception = vision::perceive(shot.pair, stage.box, {&stage.scene, stage.solids.get()}, o_.perceive, now, report);
@@ -109,6 +113,7 @@ class Benchmark {
           continue;
         }
         seconds.push_back(now() - begin);
+        processor_seconds.push_back(processor() - processor_begin);
         for (const auto& [step, time] : report.seconds) {
           if (!steps.contains(step)) order.push_back(step);
           steps[step].push_back(time);
@@ -138,6 +143,7 @@ class Benchmark {
     row.normals_share = normals.tried == 0 ? 0 : static_cast<double>(normals.angles.size()) / static_cast<double>(normals.tried);
     row.normals = spread(std::move(normals.angles));
     row.seconds = median(std::move(seconds));
+    row.processor_seconds = median(std::move(processor_seconds));
     row.plain_seconds = median(std::move(plain_seconds));
     for (const std::string& step : order) row.steps.emplace_back(step, median(steps[step]));
     return row;

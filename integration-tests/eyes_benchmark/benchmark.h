@@ -37,6 +37,7 @@ struct StereoRow {
   double normals_share = 0;                 // of the pixels with a depth that have a normal
   int refused = 0;                          // views without a perception
   double seconds = 0, plain_seconds = 0;    // of a pair, median: all of perceive(); plain matching of the left eye alone
+  double processor_seconds = 0;             // of all threads together, of perceive(), median: little changed by what else the machine does
   std::vector<std::pair<std::string, double>> steps;  // of perceive(), medians
 };
 

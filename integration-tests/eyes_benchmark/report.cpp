@@ -43,14 +43,14 @@ std::string stereo_table(const BenchmarkResult& r, const std::string& pictures) 
       "## Stereo\n\nLeft eye, pixels of the object, six views. `behind`: of these pixels, where space would be carved more than 5 mm behind the "
       "true surface, after the minimum over a voxel's projection. Normals: angle to the true face, where there is a depth. Plain: "
       "`cv::StereoSGBM` with the settings of its documentation; its time is one eye's disparity, ours the whole pair with both eyes' depth, "
-      "normals and features.\n\n"
-      "| object | texture | | valid, % | bad-1, % | bad-2, % | median, mm | p95, mm | behind, % | normals, median / p95, deg | ms a pair |\n"
+      "normals and features, in brackets that of all threads together.\n\n"
+      "| object | texture | | valid, % | bad-1, % | bad-2, % | median, mm | p95, mm | behind, % | normals, median / p95, deg | ms a pair (processor) |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const StereoRow& row : r.stereo) {
     const StereoQuality &a = row.ours, &b = row.plain;
-    out += fmt::format("| {} | {} | ours | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.4f} | {:.1f} / {:.1f} | {:.0f} |\n", row.object, row.paint, 100 * a.valid,
+    out += fmt::format("| {} | {} | ours | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.4f} | {:.1f} / {:.1f} | {:.0f} ({:.0f}) |\n", row.object, row.paint, 100 * a.valid,
                        100 * a.bad_1, 100 * a.bad_2, 1000 * a.error.median, 1000 * a.error.p95, 100 * a.behind, kDegrees * row.normals.median, kDegrees * row.normals.p95,
-                       1000 * row.seconds);
+                       1000 * row.seconds, 1000 * row.processor_seconds);
     out += fmt::format("| | | plain | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | | | {:.0f} |\n", 100 * b.valid, 100 * b.bad_1, 100 * b.bad_2, 1000 * b.error.median,
                        1000 * b.error.p95, 1000 * row.plain_seconds);
   }
@@ -161,7 +161,7 @@ json to_json(const BenchmarkResult& r, const BenchmarkOptions& o, const std::vec
                            {"normals_rad", of(row.normals)},
                            {"normals_share", row.normals_share},
                            {"refused", row.refused},
-                           {"seconds", {{"pair", row.seconds}, {"plain", row.plain_seconds}, {"steps", steps}}}});
+                           {"seconds", {{"pair", row.seconds}, {"processor", row.processor_seconds}, {"plain", row.plain_seconds}, {"steps", steps}}}});
   }
   for (const ModelRow& row : r.models)
     j["carved"].push_back({{"object", row.object}, {"texture", row.paint}, {"voxel_m", row.voxel_m}, {"source", row.source}, {"quality", of(row.quality)}, {"seconds", row.seconds}});
