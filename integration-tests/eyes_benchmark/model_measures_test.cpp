@@ -131,21 +131,22 @@ TEST(CountVoxels, EachKindOnce) {
   EXPECT_EQ(q.inside_emptied, 0u);
   EXPECT_EQ(q.touching_emptied, 0u);
   EXPECT_EQ(q.ghosts, 0);
-  // The middle emptied, one voxel that the surface touches, two ghosts; environment is none.
+  // The middle emptied, two voxels that the surface touches, two ghosts; environment is none.
   grid.set_state({13, 13, 13}, voxel::VoxelState::empty);
-  Eigen::Vector3i skin(-1, -1, -1);
+  Eigen::Vector3i skin(-1, -1, -1), other_skin = skin;
   each_voxel(g, [&](const Eigen::Vector3i& v) {
     const std::size_t i = object_model::voxel_index(g, v);
-    if (truth.touching[i] && !truth.inside[i]) skin = v;
+    if (truth.touching[i] && !truth.inside[i]) std::swap(skin, other_skin), skin = v;
   });
-  ASSERT_GE(skin.x(), 0);
+  ASSERT_GE(other_skin.x(), 0);
   grid.set_state(skin, voxel::VoxelState::empty);
+  grid.set_state(other_skin, voxel::VoxelState::empty);
   grid.set_state({0, 0, 0}, voxel::VoxelState::unknown);
   grid.set_state({0, 0, 1}, voxel::VoxelState::known);
   grid.set_state({0, 0, 2}, voxel::VoxelState::environment);
   count_voxels(grid, truth, q);
   EXPECT_EQ(q.inside_emptied, 1u);
-  EXPECT_EQ(q.touching_emptied, 1u);
+  EXPECT_EQ(q.touching_emptied, 2u);
   EXPECT_NEAR(q.ghosts, 2.0 / static_cast<double>(volume), 1e-12);
   EXPECT_NEAR(q.inside_emptied_share(), 1.0 / static_cast<double>(inside), 1e-12);
   EXPECT_THROW(count_voxels(voxel::OccupancyGrid(voxel::GridGeometry::from_box(Pose::Identity(), {0.1, 0.1, 0.1}, 0.01)), truth, q), Error);

@@ -55,10 +55,18 @@ TEST(Stage, TrueDepthAndMaskOfABall) {
   EXPECT_NEAR(row, 2 * reach, 3);
 }
 
-// From around one sees all of the ball but what the table's neighbourhood hides from eyes at 1 to 1.4 m.
-TEST(Stage, VisibleSurfaceOfABall) {
-  const Stage s = ball_stage();
-  const auto points = visible_surface(s, 4000, 1);
+// From around one sees all of the ball but what the table's neighbourhood hides from eyes at 1 to 1.4 m, and nothing of a smaller ball
+// within it, which has a fifth of the surface.
+TEST(Stage, VisibleSurfaceOfABallWithinABall) {
+  mesh::TriangleMesh balls = ball_stage().mesh_W, within = mesh::make_sphere(kRadius, 1);
+  mesh::transform(within, make_pose({0, 0, kTable + kRadius}, Eigen::Matrix3d::Identity()));
+  const int first = static_cast<int>(balls.vertices.size());
+  balls.vertices.insert(balls.vertices.end(), within.vertices.begin(), within.vertices.end());
+  for (const Eigen::Vector3i& t : within.triangles) balls.triangles.push_back((t.array() + first).matrix());
+  balls.corner_uv.clear();
+  balls.corner_normals.clear();
+  const Stage s = make_stage("balls", balls);
+  const auto points = visible_surface(s, 5000, 1);
   double lowest = 10, highest = 0;
   for (const Eigen::Vector3d& p : points) {
     EXPECT_NEAR((p - s.middle).norm(), kRadius, 2e-3);

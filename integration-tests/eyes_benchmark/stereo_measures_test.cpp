@@ -113,6 +113,11 @@ TEST(NormalErrors, AWallWrongByTenDegrees) {
   EXPECT_NEAR(spread(right.angles).p95 * kDegrees, 0, 0.1);
   EXPECT_NEAR(spread(wrong.angles).median * kDegrees, 10, 0.1);
   EXPECT_NEAR(spread(wrong.angles).p95 * kDegrees, 10, 0.2);
+  // Whichever way round the mesh's triangles are.
+  mesh::flip(truth);
+  NormalErrors flipped;
+  add_normal_errors(depth_of(40 / kDegrees), object, camera, Pose::Identity(), truth, mesh::TriangleTree(truth), 20, flipped);
+  EXPECT_NEAR(spread(flipped.angles).median * kDegrees, 10, 0.1);
 }
 
 TEST(DisparityQuality, CountsOnlyKnownTruthRightOfTheFirstColumn) {
