@@ -14,9 +14,10 @@ namespace periplus::object_model {
 
 namespace {
 
-constexpr std::string_view kMagic = "PERIPLUS-MODEL 1\n";
+constexpr std::string_view kMagic = "PERIPLUS-MODEL 2\n", kMagicBefore = "PERIPLUS-MODEL 1\n";
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kDigest = 64;
-constexpr std::size_t kMostViews = 4096, kMostFeatures = 8192, kMostDescriptor = 512;
+constexpr std::size_t kMostViews = 4096, kMostEvents = 4096, kMostFeatures = 8192, kMostDescriptor = 512;
 constexpr std::uint32_t kMostPixelsASide = 8192;
 constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 30;
 constexpr std::uint64_t kMostBytes = std::uint64_t{2} << 30;  // of all arrays when unpacked
@@ -44,7 +45,11 @@ std::uint64_t claimed(const proto::Array& array) {
   const std::uint64_t each = std::max<std::uint32_t>(1, array.element_bytes());
   return array.elements() > kMostBytes / each ? kMostBytes + 1 : array.elements() * each;
 }
-std::uint64_t claimed(const proto::View& v) { return claimed(v.depth()) + claimed(v.color()); }
+std::uint64_t claimed(const proto::View& v) {
+  std::uint64_t sum = claimed(v.depth()) + claimed(v.color());
+  for (const proto::DepthMap& d : v.depth_maps()) sum += claimed(d.depth()) + claimed(d.behind_minimum());
+  return sum;
+}
 std::uint64_t claimed(const proto::Model& m) {
   std::uint64_t sum = 0;
   for (const proto::Array* array : {&m.occupied(), &m.known(), &m.environment(), &m.known_solids(), &m.points(), &m.seen(), &m.solid(), &m.votes(), &m.tsdf()})
@@ -94,6 +99,21 @@ Eigen::Vector3d vector(const Numbers& from, const char* what) {
 
 double finite(double v, const char* what) { return std::isfinite(v) ? v : require_finite(v, std::string("the model's `") + what + "`"); }
 
+void put(const StoredDepth& from, proto::DepthMap& to) {
+  to.set_width(static_cast<std::uint32_t>(from.camera.width));
+  to.set_height(static_cast<std::uint32_t>(from.camera.height));
+  to.set_fx(from.camera.fx);
+  to.set_fy(from.camera.fy);
+  to.set_cx(from.camera.cx);
+  to.set_cy(from.camera.cy);
+  put(from.X_CM, to.mutable_pose_left_eye_map());
+  pack(from.depth.data, *to.mutable_depth());
+  if (from.minimum.empty()) return;
+  std::vector<std::uint16_t> behind(from.depth.data.size());
+  for (std::size_t i = 0; i < behind.size(); ++i) behind[i] = static_cast<std::uint16_t>(from.depth.data[i] - from.minimum.data[i]);
+  pack(behind, *to.mutable_behind_minimum());
+}
+
 void put(const View& from, proto::View& to) {
   to.set_view_id(from.view_id);
   to.set_stamp_ns(from.stamp_ns);
@@ -107,9 +127,7 @@ void put(const View& from, proto::View& to) {
   put(from.X_WC, to.mutable_pose_world_camera());
   for (int n = 0; n < 36; ++n) to.add_covariance(from.covariance(n / 6, n % 6));
   to.set_silhouette_valid_share(from.silhouette_valid_share);
-  to.set_depth_width(static_cast<std::uint32_t>(from.depth.width));
-  to.set_depth_height(static_cast<std::uint32_t>(from.depth.height));
-  pack(from.depth.data, *to.mutable_depth());
+  for (const StoredDepth& d : from.depth) put(d, *to.add_depth_maps());
   if (!from.color.empty()) {
     to.set_color_width(static_cast<std::uint32_t>(from.color.width));
     to.set_color_height(static_cast<std::uint32_t>(from.color.height));
@@ -140,6 +158,36 @@ void check_image_size(std::uint32_t width, std::uint32_t height) {
           "an image of the model has a side outside 1..8192 pixels");
 }
 
+StoredDepth stored_depth(const proto::DepthMap& from) {
+  StoredDepth to;
+  check_image_size(from.width(), from.height());
+  to.camera = {static_cast<int>(from.width()), static_cast<int>(from.height()), from.fx(), from.fy(), from.cx(), from.cy()};
+  to.camera.check();
+  to.X_CM = pose(from.pose_left_eye_map(), "pose_left_eye_map");
+  const std::size_t pixels = static_cast<std::size_t>(from.width()) * from.height();
+  to.depth = Image<std::uint16_t>(to.camera.width, to.camera.height, 1);
+  to.depth.data = unpack<std::uint16_t>(from.depth(), pixels, "depth");
+  if (!from.has_behind_minimum()) return to;
+  to.minimum = to.depth;
+  const auto behind = unpack<std::uint16_t>(from.behind_minimum(), pixels, "behind_minimum");
+  for (std::size_t i = 0; i < pixels; ++i) {
+    require(behind[i] <= to.depth.data[i], ErrorCode::bad_input, "a view's least depth lies before the camera");
+    to.minimum.data[i] = static_cast<std::uint16_t>(to.depth.data[i] - behind[i]);
+  }
+  return to;
+}
+
+// Of version 1: the left eye's, of the size of its camera.
+StoredDepth depth_of_version_1(const proto::View& from, const Pinhole& camera) {
+  require(static_cast<int>(from.depth_width()) == camera.width && static_cast<int>(from.depth_height()) == camera.height, ErrorCode::bad_size,
+          "a view's depth does not have the size of its camera's image");
+  StoredDepth to;
+  to.camera = camera;
+  to.depth = Image<std::uint16_t>(camera.width, camera.height, 1);
+  to.depth.data = unpack<std::uint16_t>(from.depth(), to.depth.data.size(), "depth");
+  return to;
+}
+
 std::shared_ptr<const View> view(const proto::View& from) {
   auto to = std::make_shared<View>();
   require(!from.view_id().empty() && from.view_id().size() <= 64, ErrorCode::bad_input, "a view's id must have 1 to 64 characters");
@@ -153,10 +201,9 @@ std::shared_ptr<const View> view(const proto::View& from) {
   require_numbers(from.covariance(), 36, "covariance");
   for (int n = 0; n < 36; ++n) to->covariance(n / 6, n % 6) = from.covariance(n);
   to->silhouette_valid_share = finite(from.silhouette_valid_share(), "silhouette_valid_share");
-  check_image_size(from.depth_width(), from.depth_height());
-  to->depth.width = static_cast<int>(from.depth_width());
-  to->depth.height = static_cast<int>(from.depth_height());
-  to->depth.data = unpack<std::uint16_t>(from.depth(), static_cast<std::size_t>(from.depth_width()) * from.depth_height(), "depth");
+  require(from.depth_maps_size() <= 2, ErrorCode::bad_size, "a view keeps at most two depth maps");
+  for (const proto::DepthMap& d : from.depth_maps()) to->depth.push_back(stored_depth(d));
+  if (from.has_depth()) to->depth.push_back(depth_of_version_1(from, to->rig.camera));
   if (from.has_color()) {
     check_image_size(from.color_width(), from.color_height());
     to->color.width = static_cast<int>(from.color_width());
@@ -205,10 +252,22 @@ void put_state(const ModelState& from, proto::Model& to) {
   pack(from.evidence.votes, *to.mutable_votes());
   static_assert(sizeof(TsdfSample) == 6 * sizeof(float));
   pack(from.tsdf.samples(), *to.mutable_tsdf());
+  to.set_version(kVersion);
+  to.set_imported(from.imported);
+  for (const ModelEvent& e : from.history) {
+    proto::Event& w = *to.add_history();
+    w.set_stamp_ns(e.stamp_ns);
+    w.set_what(e.what);
+    w.set_detail(e.detail);
+    w.set_revision(e.revision);
+    w.set_program(e.program);
+  }
 }
 
 ModelState state(const proto::Model& from) {
   ModelState to;
+  require(from.version() <= kVersion, ErrorCode::bad_input,
+          "a model of version " + std::to_string(from.version()) + "; this program reads up to version " + std::to_string(kVersion) + ": use the program that wrote it");
   require(!from.object_id().empty() && from.object_id().size() <= 64, ErrorCode::bad_input, "the object's id must have 1 to 64 characters");
   require(from.environment_revision().size() <= 64, ErrorCode::bad_input, "the environment's revision has at most 64 characters");
   to.object_id = from.object_id();
@@ -237,6 +296,12 @@ ModelState state(const proto::Model& from) {
   to.grid = voxel::OccupancyGrid(g);
   to.grid.revision = from.revision();
   to.grid.adopt(std::move(occupied), std::move(known), std::move(environment));
+  to.imported = from.imported();
+  require(static_cast<std::size_t>(from.history_size()) <= kMostEvents, ErrorCode::bad_size, "a model's history has at most 4096 events");
+  for (const proto::Event& e : from.history()) {
+    require(e.what().size() <= 64 && e.detail().size() <= 256 && e.program().size() <= 64, ErrorCode::bad_size, "an event of the model's history is too long");
+    to.history.push_back({e.stamp_ns(), e.what(), e.detail(), e.revision(), e.program()});
+  }
   return to;
 }
 
@@ -256,9 +321,15 @@ Message parsed(std::string_view text, const char* what) {
 
 }  // namespace
 
-std::string write_state(const ObjectModel& model) {
+std::string write_state(const ObjectModel& model, const std::vector<std::string>& view_sha256) {
+  require(view_sha256.size() == model.state().views.size(), ErrorCode::internal, "a stored model names each of its views");
   proto::Model m;
   put_state(model.state(), m);
+  for (std::size_t n = 0; n < view_sha256.size(); ++n) {
+    proto::ViewReference& r = *m.add_references();
+    r.set_view_id(model.state().views[n]->view_id);
+    r.set_sha256(view_sha256[n]);
+  }
   return serialized(m);
 }
 
@@ -273,10 +344,21 @@ ObjectModel read_parts(std::string_view state_text, const std::vector<std::strin
   std::vector<proto::View> parsed_views;
   for (const std::string& text : views) parsed_views.push_back(parsed<proto::View>(text, "stored view"));
   check_claims(m, parsed_views);
+  if (m.version() >= 2) {
+    require(m.references_size() == static_cast<int>(views.size()), ErrorCode::bad_input,
+            "the stored model has " + std::to_string(m.references_size()) + " views, " + std::to_string(views.size()) + " are there");
+    for (int n = 0; n < m.references_size(); ++n) {
+      const auto at = static_cast<std::size_t>(n);
+      require(m.references(n).view_id() == parsed_views[at].view_id() && m.references(n).sha256() == sha256_hex(views[at]), ErrorCode::bad_input,
+              "the stored view " + std::to_string(n + 1) + " is not the one that the model names: it is damaged");
+    }
+  }
   ModelState s = state(m);
   for (const proto::View& v : parsed_views) s.views.push_back(view(v));
   return ObjectModel(std::move(s));
 }
+
+bool is_current(std::string_view state_text) { return parsed<proto::Model>(state_text, "stored model").version() == kVersion; }
 
 std::string write_model(const ObjectModel& model) {
   proto::Model m;
@@ -287,14 +369,15 @@ std::string write_model(const ObjectModel& model) {
 }
 
 ObjectModel read_model(std::string_view file) {
-  if (file.substr(0, kMagic.size()) != kMagic) {
+  static_assert(kMagic.size() == kMagicBefore.size());
+  if (!file.starts_with(kMagic) && !file.starts_with(kMagicBefore)) {
     constexpr std::string_view kName = "PERIPLUS-MODEL ";
     const std::size_t end = file.substr(0, kName.size() + 10).find_first_not_of("0123456789", kName.size());
     if (file.starts_with(kName) && end != std::string_view::npos && end > kName.size() && file[end] == '\n') {
       throw_error(ErrorCode::bad_input, "a Periplus model of version " + std::string(file.substr(kName.size(), end - kName.size())) +
-                                            "; this program reads version 1: use the program that wrote it, or have it written again");
+                                            "; this program reads versions 1 and 2: use the program that wrote it");
     }
-    throw_error(ErrorCode::bad_input, "not a Periplus model: it must begin with \"PERIPLUS-MODEL 1\"");
+    throw_error(ErrorCode::bad_input, "not a Periplus model: it must begin with \"PERIPLUS-MODEL 2\"");
   }
   const std::size_t header = kMagic.size() + kDigest + 1;
   require(file.size() > header, ErrorCode::bad_input, "the model file ends within its header");

@@ -38,7 +38,12 @@ void expect_same(const ObjectModel& a, const ObjectModel& b) {
     const View &v = *a.state().views[i], &w = *b.state().views[i];
     EXPECT_EQ(v.view_id, w.view_id);
     EXPECT_EQ(v.result, w.result);
-    EXPECT_EQ(v.depth.data, w.depth.data);
+    ASSERT_EQ(v.depth.size(), w.depth.size());
+    for (std::size_t d = 0; d < v.depth.size(); ++d) {
+      EXPECT_EQ(v.depth[d].depth.data, w.depth[d].depth.data);
+      EXPECT_EQ(v.depth[d].minimum.data, w.depth[d].minimum.data);
+      EXPECT_EQ(v.depth[d].X_CM.matrix(), w.depth[d].X_CM.matrix());
+    }
     EXPECT_EQ(v.color.data, w.color.data);
     EXPECT_EQ(v.covariance, w.covariance);
     EXPECT_EQ(v.stamp_ns, w.stamp_ns);
@@ -58,7 +63,16 @@ TEST(ModelFile, ComesBackFromItsParts) {
   const ObjectModel model = small_model();
   std::vector<std::string> views;
   for (const auto& v : model.state().views) views.push_back(write_view(*v));
-  expect_same(model, read_parts(write_state(model), views));
+  std::vector<std::string> sums;
+  for (const std::string& v : views) sums.push_back(sha256_hex(v));
+  const std::string state = write_state(model, sums);
+  EXPECT_TRUE(is_current(state));
+  expect_same(model, read_parts(state, views));
+  // Views missing, changed about, or damaged where protobuf does not notice.
+  EXPECT_THROW(read_parts(state, {views[0]}), Error);
+  EXPECT_THROW(read_parts(state, {views[1], views[0]}), Error);
+  views[0].back() ^= 1;
+  EXPECT_THROW(read_parts(state, views), Error);
 }
 
 TEST(ModelFile, AModelThatIsReadGoesOnLearning) {
@@ -88,8 +102,8 @@ TEST(ModelFile, OtherVersionsAreNamed) {
     return "";
   };
   std::string file = write_model(small_model());
-  file.replace(0, std::string("PERIPLUS-MODEL 1").size(), "PERIPLUS-MODEL 12");
-  EXPECT_NE(refusal(file).find("version 12; this program reads version 1"), std::string::npos);
+  file.replace(0, std::string("PERIPLUS-MODEL 2").size(), "PERIPLUS-MODEL 12");
+  EXPECT_NE(refusal(file).find("version 12; this program reads versions 1 and 2"), std::string::npos);
   for (const char* text : {"", "PERIPLUS-MODEL ", "PERIPLUS-MODEL \n", "PERIPLUS-MODEL x\n", "PERIPLUS-MODEL 99999999999999\n", "resolution_px: [640, 480]\n"})
     EXPECT_NE(refusal(text).find("must begin with"), std::string::npos) << text;
 }
@@ -104,8 +118,49 @@ TEST(ModelFile, DamageIsNoticedByTheChecksum) {
   flipped[file.size() / 2] ^= 1;
   EXPECT_THROW(read_model(flipped), Error);
   std::string newer = file;
-  newer[15] = '2';
+  newer[15] = '3';
   EXPECT_THROW(read_model(newer), Error);
+}
+
+// As version 1 wrote it: the left eye's depth without its minimum, no version, no references.
+TEST(ModelFile, ReadsVersion1) {
+  const ObjectModel model = small_model();
+  proto::Model m;
+  ASSERT_TRUE(m.ParseFromString(write_model(model).substr(17 + 64 + 1)));
+  m.clear_version();
+  for (proto::View& v : *m.mutable_views()) {
+    *v.mutable_depth() = v.depth_maps(0).depth();
+    v.set_depth_width(v.width());
+    v.set_depth_height(v.height());
+    v.clear_depth_maps();
+  }
+  const std::string payload = m.SerializeAsString();
+  const ObjectModel old = read_model("PERIPLUS-MODEL 1\n" + sha256_hex(payload) + "\n" + payload);
+  EXPECT_EQ(old.digest(), model.digest());
+  ASSERT_EQ(old.state().views[1]->depth.size(), 1u);
+  EXPECT_EQ(old.state().views[1]->depth[0].depth.data, model.state().views[1]->depth[0].depth.data);
+  EXPECT_FALSE(old.can_be_revised());
+  EXPECT_TRUE(model.can_be_revised());
+  EXPECT_THROW(old.revised({}, {}, {"abc", nullptr, {}}, {}), Error);
+  // Written again it is of this version, and still says what it lacks.
+  EXPECT_FALSE(read_model(write_model(old)).can_be_revised());
+  m.clear_views();
+  EXPECT_FALSE(is_current(m.SerializeAsString()));
+  m.set_version(3);
+  EXPECT_THROW(read_parts(m.SerializeAsString(), {}), Error);
+}
+
+TEST(ModelFile, KeepsItsHistory) {
+  ObjectModel model = small_model();
+  const std::string digest = model.digest();
+  for (int n = 0; n < 5000; ++n) model.note({n, "looked", std::string(300, 'x') + "\xff", static_cast<std::uint32_t>(n), "0.1.0"});
+  const ObjectModel back = read_model(write_model(model));
+  ASSERT_EQ(back.state().history.size(), 4096u);
+  EXPECT_EQ(back.state().history.back().stamp_ns, 4999);
+  EXPECT_EQ(back.state().history.back().what, "looked");
+  EXPECT_EQ(back.state().history.back().detail, std::string(256, 'x'));
+  EXPECT_EQ(back.state().history.back().program, "0.1.0");
+  EXPECT_EQ(back.digest(), digest);
 }
 
 // What a state and views claim to hold is refused before memory is taken for it.
@@ -119,31 +174,33 @@ TEST(ModelFile, ClaimsBeyondTheLimitsAreRefusedBeforeUnpacking) {
     return "";
   };
   const ObjectModel model = small_model();
-  const std::string state = write_state(model), view = write_view(*model.state().views[0]);
+  const std::string view = write_view(*model.state().views[0]), state = write_state(model, {sha256_hex(view), sha256_hex(view)});
 
   proto::Model huge;
   ASSERT_TRUE(huge.ParseFromString(state));
+  huge.clear_references();
   for (int n = 0; n < 3; ++n) huge.set_size(n, 512);
   EXPECT_NE(refusal(huge.SerializeAsString(), {}).find("at most 16777216 voxels"), std::string::npos) << refusal(huge.SerializeAsString(), {});
 
   proto::View large;
   ASSERT_TRUE(large.ParseFromString(view));
-  large.set_depth_width(8192);
-  large.set_depth_height(8192);
-  large.mutable_depth()->set_elements(8192 * 8192);
+  proto::DepthMap& map = *large.mutable_depth_maps(0);
+  map.set_width(8192);
+  map.set_height(8192);
+  map.mutable_depth()->set_elements(8192 * 8192);
   std::vector<std::string> views;
   for (int n = 0; n < 17; ++n) {  // 128 MiB each
     large.set_view_id("view-" + std::to_string(n));
     views.push_back(large.SerializeAsString());
   }
   EXPECT_NE(refusal(state, views).find("over 2 GiB"), std::string::npos) << refusal(state, views);
-  large.mutable_depth()->set_elements(std::uint64_t{1} << 63);
+  map.mutable_depth()->set_elements(std::uint64_t{1} << 63);
   EXPECT_NE(refusal(state, {large.SerializeAsString()}).find("over 2 GiB"), std::string::npos);
 
   huge.ParseFromString(state);
   for (const std::string& v : views) ASSERT_TRUE(huge.add_views()->ParseFromString(v));
   const std::string payload = huge.SerializeAsString();
-  EXPECT_THROW(read_model("PERIPLUS-MODEL 1\n" + sha256_hex(payload) + "\n" + payload), Error);
+  EXPECT_THROW(read_model("PERIPLUS-MODEL 2\n" + sha256_hex(payload) + "\n" + payload), Error);
 }
 
 // Hostile contents under a right checksum: an error or a sound model, never a crash.
@@ -161,7 +218,7 @@ TEST(ModelFile, HostileContentsAreRefusedOrSound) {
     for (int n = 0; n < 1 + round % 4 && !bad.empty(); ++n)
       bad[random.below(std::min(reach, bad.size()))] = static_cast<char>(random.below(256));
     try {
-      const ObjectModel model = read_model("PERIPLUS-MODEL 1\n" + sha256_hex(bad) + "\n" + bad);
+      const ObjectModel model = read_model("PERIPLUS-MODEL 2\n" + sha256_hex(bad) + "\n" + bad);
       model.grid().geometry().check();
       EXPECT_FALSE(model.digest().empty());
       ++accepted;

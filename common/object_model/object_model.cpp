@@ -1,8 +1,10 @@
 #include "common/object_model/object_model.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <set>
 
 #include "common/core/error.h"
@@ -32,13 +34,6 @@ void check_perception(const Perception& p) {
         require(std::isfinite(z) && z >= 0, ErrorCode::not_finite, "depths must be finite and not negative; 0 means none");
     }
   }
-}
-
-Image<std::uint16_t> to_tenths_of_millimetres(const ImageF& depth) {
-  Image<std::uint16_t> out(depth.width, depth.height);
-  for (std::size_t i = 0; i < depth.data.size(); ++i)
-    out.data[i] = static_cast<std::uint16_t>(std::min(65535.0, std::round(depth.data[i] * 1e4)));
-  return out;
 }
 
 // Numbers in a form that does not depend on the machine.
@@ -163,30 +158,6 @@ Integration ObjectModel::integrate(const Perception& perception, const Surroundi
   if (const auto before = view(perception.view_id)) return before->result;
   settings.check();
   check_perception(perception);
-
-  const voxel::GridGeometry& g = state_.grid.geometry();
-  const voxel::PairOptions pair;
-  voxel::VisibilityWorkspace workspace;
-  const auto unknown_pixels = [&] {
-    return voxel::VisibilityScene(state_.grid, surroundings.occluders).evaluate_pair(perception.X_WC, perception.rig, pair, workspace).pixels;
-  };
-  const auto pixels_before = unknown_pixels();
-  const auto unknown_before = state_.grid.counts().unknown;
-
-  const bool cautious = perception.silhouette_valid_share < settings.cautious_share;
-  bool left = true;
-  for (const DepthMap& map : perception.depth) {
-    const PixelLimits limits = pixel_limits(map, g, settings, cautious, surroundings.collision.get());
-    empty_voxels(seen_through(state_.grid, map.camera, map.X_WC, limits.limit, settings.margin_voxels), cautious, settings, state_.grid,
-                 state_.evidence);
-    add_points(map, limits, g, settings, state_.evidence);
-    // The colours are the left eye's.
-    state_.tsdf.integrate(map, limits, left ? perception.color : ImageU8{}, g, settings.truncation_voxels * g.voxel_size);
-    left = false;
-  }
-  label(state_.known_solids, settings, state_.evidence, state_.grid);
-  ++state_.grid.revision;
-
   auto kept = std::make_shared<View>();
   kept->view_id = perception.view_id;
   kept->stamp_ns = perception.stamp_ns;
@@ -194,15 +165,96 @@ Integration ObjectModel::integrate(const Perception& perception, const Surroundi
   kept->X_WC = perception.X_WC;
   kept->covariance = perception.covariance;
   kept->silhouette_valid_share = perception.silhouette_valid_share;
-  kept->depth = to_tenths_of_millimetres(perception.depth.front().depth);
+  for (const DepthMap& map : perception.depth) kept->depth.push_back(store_depth(map, perception.X_WC));
   kept->color = perception.color;
   kept->features = perception.features;
-  kept->result.revision = state_.grid.revision;
-  kept->result.counts = state_.grid.counts();
-  kept->result.found_gain_px = static_cast<double>(pixels_before) - static_cast<double>(unknown_pixels());
-  kept->result.found_gain_voxels = static_cast<double>(unknown_before) - static_cast<double>(kept->result.counts.unknown);
-  state_.views.push_back(kept);
-  return kept->result;
+  return add(std::move(kept), surroundings, settings);
+}
+
+Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& surroundings, const CarvingSettings& settings) {
+  const voxel::GridGeometry& g = state_.grid.geometry();
+  const voxel::PairOptions pair;
+  voxel::VisibilityWorkspace workspace;
+  const auto unknown_pixels = [&] {
+    return voxel::VisibilityScene(state_.grid, surroundings.occluders).evaluate_pair(view->X_WC, view->rig, pair, workspace).pixels;
+  };
+  const auto pixels_before = unknown_pixels();
+  const auto unknown_before = state_.grid.counts().unknown;
+
+  const bool cautious = view->silhouette_valid_share < settings.cautious_share;
+  bool left = true;
+  for (const StoredDepth& stored : view->depth) {
+    const DepthMap map = restore_depth(stored, view->X_WC);
+    const PixelLimits limits = pixel_limits(map, g, settings, cautious, surroundings.collision.get());
+    empty_voxels(seen_through(state_.grid, map.camera, map.X_WC, limits.limit, settings.margin_voxels), cautious, settings, state_.grid,
+                 state_.evidence);
+    add_points(map, limits, g, settings, state_.evidence);
+    // The colours are the left eye's.
+    state_.tsdf.integrate(map, limits, left ? view->color : ImageU8{}, g, settings.truncation_voxels * g.voxel_size);
+    left = false;
+  }
+  label(state_.known_solids, settings, state_.evidence, state_.grid);
+  ++state_.grid.revision;
+
+  view->result.revision = state_.grid.revision;
+  view->result.counts = state_.grid.counts();
+  view->result.found_gain_px = static_cast<double>(pixels_before) - static_cast<double>(unknown_pixels());
+  view->result.found_gain_voxels = static_cast<double>(unknown_before) - static_cast<double>(view->result.counts.unknown);
+  const Integration result = view->result;
+  state_.views.push_back(std::move(view));
+  return result;
+}
+
+bool ObjectModel::can_be_revised() const {
+  return !state_.imported && std::all_of(state_.views.begin(), state_.views.end(), [](const auto& v) {
+    return !v->depth.empty() && std::none_of(v->depth.begin(), v->depth.end(), [](const StoredDepth& d) { return d.minimum.empty(); });
+  });
+}
+
+ObjectModel ObjectModel::revised(const std::vector<BetterPose>& better, const std::vector<std::string>& without, const Surroundings& surroundings,
+                                 const CarvingSettings& settings) const {
+  settings.check();
+  require(can_be_revised(), ErrorCode::bad_input,
+          state_.imported ? "the grid was imported and does not follow from views: it cannot be carved again"
+                          : "a view was stored by a version that kept too little of its depth to carve again; begin the object anew");
+  require(surroundings.revision == state_.environment_revision, ErrorCode::model_object_differs,
+          "the object was begun in another environment; set that one to carve its views again");
+  std::map<std::string, const BetterPose*> poses;
+  std::set<std::string> named(without.begin(), without.end());
+  require(named.size() == without.size(), ErrorCode::bad_input, "a view is named twice to be left out");
+  for (const BetterPose& b : better) {
+    require(is_finite(b.X_WC) && b.covariance.allFinite(), ErrorCode::not_finite, "the pose and covariance of view " + b.view_id + " must be finite");
+    require(named.insert(b.view_id).second, ErrorCode::bad_input, "view " + b.view_id + " is named twice");
+    poses[b.view_id] = &b;
+  }
+  for (const std::string& id : named) require(view(id) != nullptr, ErrorCode::bad_input, "the object has no view " + id);
+
+  ObjectModel out(state_.object_id, state_.box, state_.grid.geometry().voxel_size, surroundings, state_.grid.revision + 1);
+  out.state_.history = state_.history;
+  for (const auto& old : state_.views) {
+    if (std::find(without.begin(), without.end(), old->view_id) != without.end()) continue;
+    auto again = std::make_shared<View>(*old);
+    if (const auto it = poses.find(old->view_id); it != poses.end()) {
+      const Pose X_new_old = it->second->X_WC * old->X_WC.inverse();
+      again->X_WC = it->second->X_WC;
+      again->covariance = it->second->covariance;
+      for (Feature& f : again->features) {
+        f.p_W = X_new_old * f.p_W;
+        f.normal_W = X_new_old.linear() * f.normal_W;
+      }
+    }
+    out.add(std::move(again), surroundings, settings);
+  }
+  return out;
+}
+
+void ObjectModel::note(ModelEvent event) {
+  constexpr std::size_t kMostEvents = 4096;
+  event.what.resize(std::min<std::size_t>(event.what.size(), 64));
+  event.detail.resize(std::min<std::size_t>(event.detail.size(), 256));
+  event.program.resize(std::min<std::size_t>(event.program.size(), 64));
+  if (state_.history.size() >= kMostEvents) state_.history.erase(state_.history.begin());
+  state_.history.push_back(std::move(event));
 }
 
 bool ObjectModel::is_measured(const Eigen::Vector3i& voxel, const CarvingSettings& settings) const {

@@ -12,6 +12,7 @@
 #include "common/object_model/carving.h"
 #include "common/object_model/evidence.h"
 #include "common/object_model/perception.h"
+#include "common/object_model/stored_depth.h"
 #include "common/object_model/tsdf.h"
 #include "common/voxel/occupancy_grid.h"
 #include "common/voxel/visibility.h"
@@ -32,7 +33,7 @@ struct Integration {
   bool operator==(const Integration&) const = default;
 };
 
-// A view that was integrated, with its images as provenance.
+// A view that was integrated, with all that it takes to integrate it again.
 struct View {
   std::string view_id;
   std::int64_t stamp_ns = 0;
@@ -40,10 +41,25 @@ struct View {
   Pose X_WC = Pose::Identity();  // left eye
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   double silhouette_valid_share = 0;
-  Image<std::uint16_t> depth;    // left eye [0.1 mm]; 0 where there is none, 65535 from 6.5535 m on
+  std::vector<StoredDepth> depth;  // left eye; right eye where computed
   ImageU8 color;                 // rgb
   std::vector<Feature> features;
   Integration result;
+};
+
+// Where a view was taken from, as it is known better now.
+struct BetterPose {
+  std::string view_id;
+  Pose X_WC = Pose::Identity();  // left eye
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
+// What was done to a model, for whoever asks where it comes from.
+struct ModelEvent {
+  std::int64_t stamp_ns = 0;   // since 1970
+  std::string what, detail;    // at most 64 and 256 octets are kept
+  std::uint32_t revision = 0;  // after it
+  std::string program;         // version
 };
 
 // The known surroundings as carving and gain need them. Both members may be empty: nothing is known.
@@ -68,6 +84,8 @@ struct ModelState {
   Evidence evidence;
   Tsdf tsdf;
   std::vector<std::shared_ptr<const View>> views;   // in the order of integration
+  std::vector<ModelEvent> history;                  // the last 4096
+  bool imported = false;                            // the grid says more than the views, and cannot be carved again
 };
 
 class ObjectModel {
@@ -82,6 +100,17 @@ class ObjectModel {
   // Carves, labels and attaches the features of one view. A view that was integrated before changes nothing and gives
   // the same answer. Throws Error(bad_size | bad_input | not_finite) and leaves the model as it was.
   Integration integrate(const Perception& perception, const Surroundings& surroundings, const CarvingSettings& settings);
+
+  // The same object with some views' poses made better and some views left out, carved anew from the depth maps that are kept: as if it had
+  // been so from the start. Features move with their views; revisions go on counting. `surroundings` must be those it was begun in.
+  // Throws Error(bad_input): a view that is not there or is named twice, a view without kept depth, an imported grid;
+  // Error(not_finite); Error(model_object_differs): other surroundings.
+  ObjectModel revised(const std::vector<BetterPose>& better, const std::vector<std::string>& without, const Surroundings& surroundings,
+                      const CarvingSettings& settings) const;
+  // True if revised() can carve all its views again.
+  bool can_be_revised() const;
+  // Into the history; stamps and texts change no digest.
+  void note(ModelEvent event);
 
   const ModelState& state() const { return state_; }
   const voxel::OccupancyGrid& grid() const { return state_.grid; }
@@ -99,6 +128,9 @@ class ObjectModel {
   std::string digest() const;
 
  private:
+  // Carves, labels and appends.
+  Integration add(std::shared_ptr<View> view, const Surroundings& surroundings, const CarvingSettings& settings);
+
   ModelState state_;
 };
 

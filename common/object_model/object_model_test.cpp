@@ -179,5 +179,78 @@ TEST(ObjectModel, IntegratesALookAt64VoxelsInTime) {
   EXPECT_LT(seconds, 5.0);  // some 0.12 s of an idle core; a look takes tens of seconds
 }
 
+ObjectModel seen(const std::vector<Perception>& views, const Surroundings& surroundings = {}) {
+  ObjectModel model("ball", box_around(kSphere), 0.02, surroundings);
+  for (const Perception& p : views) model.integrate(p, surroundings, kModelSettings);
+  return model;
+}
+
+std::vector<Perception> four_views() {
+  std::vector<Perception> views;
+  for (int n = 0; n < 4; ++n) views.push_back(ideal_view(kSphere, n, 4, 160, 120));
+  return views;
+}
+
+TEST(ObjectModel, CarvedAgainItIsTheSame) {
+  const Surroundings around = table_top(0.86);
+  const ObjectModel model = seen(four_views(), around), again = model.revised({}, {}, around, kModelSettings);
+  EXPECT_EQ(again.digest(), model.digest());
+  EXPECT_EQ(again.state().evidence.points, model.state().evidence.points);
+  EXPECT_EQ(again.state().evidence.seen, model.state().evidence.seen);
+  EXPECT_EQ(again.state().evidence.votes, model.state().evidence.votes);
+  EXPECT_EQ(again.state().tsdf.samples(), model.state().tsdf.samples());
+  EXPECT_GT(again.grid().revision, model.grid().revision);
+  EXPECT_EQ(again.grid().revision, again.state().views.back()->result.revision);
+}
+
+TEST(ObjectModel, AViewTakenOutWasNeverThere) {
+  std::vector<Perception> views = four_views();
+  const ObjectModel all = seen(views), less = all.revised({}, {"view-1"}, {}, kModelSettings);
+  views.erase(views.begin() + 1);
+  EXPECT_EQ(less.digest(), seen(views).digest());
+  EXPECT_NE(less.digest(), all.digest());
+  EXPECT_EQ(all.revised({}, {"view-0", "view-1", "view-2", "view-3"}, {}, kModelSettings).grid().counts(), begun(0.02).grid().counts());
+}
+
+TEST(ObjectModel, ABetterPoseMovesDepthAndFeatures) {
+  const std::vector<Perception> truth = four_views();
+  std::vector<Perception> wrong = truth;
+  const Pose X_off = Pose(Eigen::Translation3d(0.03, -0.02, 0.01));
+  wrong[2].X_WC = X_off * wrong[2].X_WC;
+  for (DepthMap& map : wrong[2].depth) map.X_WC = X_off * map.X_WC;
+  for (Feature& f : wrong[2].features) f.p_W = X_off * f.p_W;
+  const ObjectModel model = seen(truth), spoilt = seen(wrong);
+  const ObjectModel mended = spoilt.revised({{"view-2", truth[2].X_WC, truth[2].covariance}}, {}, {}, kModelSettings);
+  EXPECT_NE(spoilt.grid().occupied(), model.grid().occupied());
+  EXPECT_EQ(mended.grid().occupied(), model.grid().occupied());
+  EXPECT_EQ(mended.grid().known(), model.grid().known());
+  const View &a = *mended.state().views[2], &b = *model.state().views[2];
+  ASSERT_EQ(a.features.size(), b.features.size());
+  for (std::size_t i = 0; i < a.features.size(); ++i) EXPECT_LT((a.features[i].p_W - b.features[i].p_W).norm(), 1e-12);
+}
+
+TEST(ObjectModel, WhatCannotBeRevisedIsRefused) {
+  const ObjectModel model = seen(four_views());
+  const auto refusal = [&](const ObjectModel& of, const std::vector<BetterPose>& better, const std::vector<std::string>& without, const Surroundings& around = {}) {
+    try {
+      of.revised(better, without, around, kModelSettings);
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(refusal(model, {}, {"view-9"}).find("no view view-9"), std::string::npos);
+  EXPECT_NE(refusal(model, {{"view-9", Pose::Identity(), Eigen::Matrix<double, 6, 6>::Zero()}}, {}).find("no view view-9"), std::string::npos);
+  EXPECT_NE(refusal(model, {{"view-1", Pose::Identity(), Eigen::Matrix<double, 6, 6>::Zero()}}, {"view-1"}).find("twice"), std::string::npos);
+  EXPECT_NE(refusal(model, {}, {"view-1", "view-1"}).find("twice"), std::string::npos);
+  BetterPose bad{"view-1", Pose::Identity(), Eigen::Matrix<double, 6, 6>::Zero()};
+  bad.X_WC.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(refusal(model, {bad}, {}).find("finite"), std::string::npos);
+  EXPECT_NE(refusal(model, {}, {}, table_top(0.5)).find("another environment"), std::string::npos);
+  ModelState imported = model.state();
+  imported.imported = true;
+  EXPECT_NE(refusal(ObjectModel(imported), {}, {}).find("imported"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace periplus::object_model

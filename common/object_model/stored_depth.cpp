@@ -1,0 +1,43 @@
+#include "common/object_model/stored_depth.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace periplus::object_model {
+
+namespace {
+
+constexpr double kUnit = 1e-4;  // [m]
+
+template <class Round>
+Image<std::uint16_t> to_units(const ImageF& metres, const Round& round) {
+  Image<std::uint16_t> out(metres.width, metres.height);
+  for (std::size_t i = 0; i < metres.data.size(); ++i) out.data[i] = static_cast<std::uint16_t>(std::min(65535.0, round(metres.data[i] / kUnit)));
+  return out;
+}
+
+ImageF to_metres(const Image<std::uint16_t>& units, const Image<std::uint16_t>& size) {
+  ImageF out(size.width, size.height);
+  for (std::size_t i = 0; i < units.data.size(); ++i) out.data[i] = static_cast<float>(units.data[i] * kUnit);
+  return out;
+}
+
+}  // namespace
+
+StoredDepth store_depth(const DepthMap& map, const Pose& X_WC) {
+  StoredDepth out{map.camera, X_WC.inverse() * map.X_WC, to_units(map.depth, [](double v) { return std::round(v); }),
+                  to_units(map.depth_minimum, [](double v) { return std::floor(v); })};
+  for (std::size_t i = 0; i < out.depth.data.size(); ++i) out.minimum.data[i] = std::min(out.minimum.data[i], out.depth.data[i]);
+  return out;
+}
+
+DepthMap restore_depth(const StoredDepth& stored, const Pose& X_WC) {
+  DepthMap map;
+  map.camera = stored.camera;
+  map.X_WC = X_WC * stored.X_CM;
+  map.depth = to_metres(stored.depth, stored.depth);
+  map.depth_minimum = to_metres(stored.minimum, stored.depth);
+  return map;
+}
+
+}  // namespace periplus::object_model

@@ -1,0 +1,56 @@
+#include "common/object_model/stored_depth.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/core/random.h"
+
+namespace periplus::object_model {
+namespace {
+
+TEST(StoredDepth, IsWithinHalfAUnitAndItsMinimumNeverGrows) {
+  Random random(3);
+  DepthMap map;
+  map.camera = Pinhole::from_vertical_fov(64, 48, 0.4);
+  map.X_WC = look_at({1, 2, 0.5}, {0, 0, 1});
+  map.depth = map.depth_minimum = ImageF(64, 48);
+  for (std::size_t i = 0; i < map.depth.data.size(); ++i) {
+    if (i % 5 == 0) continue;  // none
+    map.depth.data[i] = static_cast<float>(random.uniform(0.3, 8));
+    map.depth_minimum.data[i] = map.depth.data[i] - static_cast<float>(random.uniform(0, 0.1));
+  }
+  const Pose X_WC = look_at({1.1, 2, 0.5}, {0, 0, 1});
+  const StoredDepth stored = store_depth(map, X_WC);
+  const DepthMap back = restore_depth(stored, X_WC);
+  EXPECT_TRUE(back.X_WC.isApprox(map.X_WC, 1e-12));
+  int far = 0;
+  for (std::size_t i = 0; i < map.depth.data.size(); ++i) {
+    const float z = map.depth.data[i];
+    if (z > 6.5535f) {
+      EXPECT_FLOAT_EQ(back.depth.data[i], 6.5535f);
+      ++far;
+    } else {
+      EXPECT_NEAR(back.depth.data[i], z, 0.51e-4);  // in single precision besides
+    }
+    EXPECT_LE(back.depth_minimum.data[i], map.depth_minimum.data[i] + 1e-6f);
+    EXPECT_LE(back.depth_minimum.data[i], back.depth.data[i]);
+    EXPECT_GT(back.depth_minimum.data[i], std::min(map.depth_minimum.data[i], 6.5535f) - 1.01e-4f);
+  }
+  EXPECT_GT(far, 100);
+  // Once stored it stays as it is.
+  const StoredDepth again = store_depth(back, X_WC);
+  EXPECT_EQ(again.depth.data, stored.depth.data);
+}
+
+TEST(StoredDepth, CarvesNothingWhereNoMinimumWasKept) {
+  StoredDepth stored;
+  stored.camera = Pinhole::from_vertical_fov(8, 6, 0.4);
+  stored.depth = Image<std::uint16_t>(8, 6, 1, 12000);
+  const DepthMap map = restore_depth(stored, Pose::Identity());
+  EXPECT_FLOAT_EQ(map.depth.at(3, 3), 1.2f);
+  EXPECT_EQ(map.depth_minimum.data, ImageF(8, 6).data);
+}
+
+}  // namespace
+}  // namespace periplus::object_model
