@@ -8,6 +8,7 @@
 #include <set>
 
 #include "common/core/error.h"
+#include "common/core/fault_point.h"
 #include "common/core/hash.h"
 #include "common/scene/mesh_solid.h"
 #include "common/scene/scene.h"
@@ -179,6 +180,7 @@ Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& sur
     return voxel::VisibilityScene(state_.grid, surroundings.occluders).evaluate_pair(view->X_WC, view->rig, pair, workspace).pixels;
   };
   const auto pixels_before = unknown_pixels();
+  fault_point("model.seen_before");
   const auto unknown_before = state_.grid.counts().unknown;
 
   const bool cautious = view->silhouette_valid_share < settings.cautious_share;
@@ -186,14 +188,19 @@ Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& sur
   for (const StoredDepth& stored : view->depth) {
     const DepthMap map = restore_depth(stored, view->X_WC);
     const PixelLimits limits = pixel_limits(map, g, settings, cautious, surroundings.collision.get());
+    fault_point(left ? "model.left.limited" : "model.right.limited");
     empty_voxels(seen_through(state_.grid, map.camera, map.X_WC, limits.limit, settings.margin_voxels), cautious, settings, state_.grid,
                  state_.evidence);
+    fault_point(left ? "model.left.carved" : "model.right.carved");
     add_points(map, limits, g, settings, state_.evidence);
+    fault_point(left ? "model.left.counted" : "model.right.counted");
     // The colours are the left eye's.
     state_.tsdf.integrate(map, limits, left ? view->color : ImageU8{}, g, settings.truncation_voxels * g.voxel_size);
     left = false;
   }
+  fault_point("model.surface");
   label(state_.known_solids, settings, state_.evidence, state_.grid);
+  fault_point("model.labelled");
   ++state_.grid.revision;
 
   view->result.revision = state_.grid.revision;
@@ -202,6 +209,7 @@ Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& sur
   view->result.found_gain_voxels = static_cast<double>(unknown_before) - static_cast<double>(view->result.counts.unknown);
   const Integration result = view->result;
   state_.views.push_back(std::move(view));
+  fault_point("model.added");
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sqlite3.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -9,6 +10,8 @@
 #include <fstream>
 
 #include "common/core/error.h"
+#include "common/object_model/model.pb.h"
+#include "common/object_model/model_file.h"
 #include "common/object_model/testing/sphere_views.h"
 
 namespace periplus::model {
@@ -106,6 +109,70 @@ TEST_F(KnowledgeStoreTest, ASecondServerIsRefused) {
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ErrorCode::model_store);
   }
+}
+
+TEST_F(KnowledgeStoreTest, OthersReadWhileOneWrites) {
+  EXPECT_THROW(KnowledgeStore(folder, KnowledgeStore::Access::read), Error);  // nothing there
+  KnowledgeStore store(folder);
+  object_model::ObjectModel model = begun();
+  store.put_model(model);
+  const KnowledgeStore reader(folder, KnowledgeStore::Access::read);
+  EXPECT_EQ(reader.model("ball")->state().views.size(), 0u);
+  look(model, 0);
+  store.add_view(model);
+  EXPECT_EQ(reader.model("ball")->digest(), model.digest());
+  EXPECT_FALSE(reader.model("other").has_value());
+  EXPECT_EQ(reader.verify(), std::vector<std::string>());
+  EXPECT_TRUE(store.remove_model("ball"));
+  EXPECT_FALSE(store.remove_model("ball"));
+  EXPECT_FALSE(reader.model("ball").has_value());
+}
+
+TEST_F(KnowledgeStoreTest, WhatVersion1WroteIsBroughtToThisForm) {
+  object_model::ObjectModel model = begun();
+  look(model, 0);
+  look(model, 1);
+  fs::create_directories(folder);
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open((folder + "/knowledge.sqlite").c_str(), &db), SQLITE_OK);
+  const auto run = [&](const std::string& sql, const std::vector<std::string>& blobs = {}) {
+    sqlite3_stmt* statement = nullptr;
+    ASSERT_EQ(sqlite3_prepare_v2(db, sql.c_str(), -1, &statement, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
+    for (std::size_t n = 0; n < blobs.size(); ++n) sqlite3_bind_blob(statement, static_cast<int>(n) + 1, blobs[n].data(), static_cast<int>(blobs[n].size()), SQLITE_TRANSIENT);
+    EXPECT_EQ(sqlite3_step(statement), SQLITE_DONE) << sqlite3_errmsg(db);
+    sqlite3_finalize(statement);
+  };
+  run("CREATE TABLE environment (one INTEGER PRIMARY KEY CHECK (one = 1), scene_id TEXT, scene_yaml TEXT, robot_yaml TEXT, robot_urdf TEXT)");
+  run("CREATE TABLE objects (object_id TEXT PRIMARY KEY, state BLOB NOT NULL)");
+  run("CREATE TABLE views (object_id TEXT, number INTEGER, view_id TEXT, view BLOB NOT NULL, PRIMARY KEY (object_id, number), UNIQUE (object_id, view_id))");
+  run("INSERT INTO environment VALUES (1, 'room', 'scene', 'robot', 'urdf')");
+  // A state without version and references is version 1's.
+  proto::Model state;
+  ASSERT_TRUE(state.ParseFromString(object_model::write_state(model, {"", ""})));
+  state.clear_version();
+  state.clear_references();
+  run("INSERT INTO objects VALUES ('ball', ?)", {state.SerializeAsString()});
+  for (int n = 0; n < 2; ++n) {
+    proto::View view;
+    ASSERT_TRUE(view.ParseFromString(object_model::write_view(*model.state().views[static_cast<std::size_t>(n)])));
+    *view.mutable_depth() = view.depth_maps(0).depth();
+    view.set_depth_width(view.width());
+    view.set_depth_height(view.height());
+    view.clear_depth_maps();
+    run("INSERT INTO views VALUES ('ball', " + std::to_string(n) + ", 'view-" + std::to_string(n) + "', ?)", {view.SerializeAsString()});
+  }
+  run("INSERT INTO objects VALUES ('broken', ?)", {"nonsense"});
+  run("PRAGMA user_version = 1");
+  sqlite3_close(db);
+
+  EXPECT_THROW(KnowledgeStore(folder, KnowledgeStore::Access::read), Error);
+  const KnowledgeStore store(folder);
+  EXPECT_EQ(store.environment()->scene_yaml, "scene");
+  EXPECT_EQ(store.model("ball")->digest(), model.digest());
+  EXPECT_FALSE(store.model("ball")->can_be_revised());
+  const auto damaged = store.verify();
+  ASSERT_EQ(damaged.size(), 1u);
+  EXPECT_NE(damaged[0].find("broken"), std::string::npos);
 }
 
 TEST_F(KnowledgeStoreTest, WhatIsNotADatabaseIsRefused) {

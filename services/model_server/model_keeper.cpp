@@ -1,7 +1,12 @@
 #include "services/model_server/model_keeper.h"
 
+#include <algorithm>
+#include <chrono>
+
 #include "common/core/error.h"
+#include "common/core/fault_point.h"
 #include "common/core/log.h"
+#include "common/core/version.h"
 #include "common/scene/scene.h"
 
 namespace periplus::model {
@@ -10,6 +15,13 @@ namespace {
 
 bool same_box(const object_model::ObjectBox& a, const object_model::ObjectBox& b) {
   return a.X_WB.matrix().isApprox(b.X_WB.matrix(), 1e-9) && a.size.isApprox(b.size, 1e-9);
+}
+
+constexpr const char *kBegun = "begun", *kIntegrated = "view integrated", *kMoved = "view integrated again with a better pose", *kTakenOut = "view taken out";
+
+void note(object_model::ObjectModel& model, const char* what, const std::string& detail) {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  model.note({std::chrono::duration_cast<std::chrono::nanoseconds>(now).count(), what, detail, model.grid().revision, version()});
 }
 
 }  // namespace
@@ -70,7 +82,8 @@ ModelKeeper::Model ModelKeeper::begin(const std::string& object_id, const object
     // Counting goes on, so that no reader takes the new grid for an old one.
     revision = old.grid.revision + 1;
   }
-  auto model = std::make_shared<const object_model::ObjectModel>(object_id, box, voxel_size, around, revision);
+  auto model = std::make_shared<object_model::ObjectModel>(object_id, box, voxel_size, around, revision);
+  note(*model, kBegun, "environment " + around.revision);
   store_.put_model(*model);
   models_[object_id] = model;
   return model;
@@ -86,13 +99,42 @@ object_model::Integration ModelKeeper::integrate(const std::string& object_id, c
   std::lock_guard lock(mutex_);
   const Model old = find(object_id);
   if (const auto before = old->view(view_id)) return before->result;
+  fault_point("keeper.asked");
   require(perception != nullptr && perception->view_id == view_id, ErrorCode::model_perception_not_here,
           "the perception of view " + view_id + " is not here; have vision/process publish it again");
   auto next = std::make_shared<object_model::ObjectModel>(*old);
+  fault_point("keeper.copied");
   const object_model::Integration result = next->integrate(*perception, surroundings(), settings_);
+  note(*next, kIntegrated, view_id);
+  fault_point("keeper.integrated");
   store_.add_view(*next);
+  fault_point("keeper.stored");
   models_[object_id] = next;
   return result;
+}
+
+ModelKeeper::Model ModelKeeper::revise(const std::string& object_id, const std::vector<object_model::BetterPose>& better,
+                                       const std::vector<std::string>& without) {
+  std::lock_guard lock(mutex_);
+  const Model old = find(object_id);
+  std::vector<object_model::BetterPose> moved;
+  for (const object_model::BetterPose& b : better) {
+    const auto view = old->view(b.view_id);
+    if (!view || view->X_WC.matrix() != b.X_WC.matrix() || view->covariance != b.covariance) moved.push_back(b);
+  }
+  std::vector<std::string> gone;
+  for (const std::string& id : without) {
+    const auto& history = old->state().history;
+    const bool before = std::any_of(history.begin(), history.end(), [&](const auto& e) { return e.what == kTakenOut && e.detail == id; });
+    if (old->view(id) || !before) gone.push_back(id);
+  }
+  if (moved.empty() && gone.empty()) return old;
+  auto next = std::make_shared<object_model::ObjectModel>(old->revised(moved, gone, surroundings(), settings_));
+  for (const auto& b : moved) note(*next, kMoved, b.view_id);
+  for (const std::string& id : gone) note(*next, kTakenOut, id);
+  store_.put_model(*next);
+  models_[object_id] = next;
+  return next;
 }
 
 ModelKeeper::Model ModelKeeper::model(const std::string& object_id) const {

@@ -55,6 +55,11 @@ class ModelKeeper {
   object_model::Integration integrate(const std::string& object_id, const std::string& view_id,
                                       const object_model::Perception* perception);
 
+  // Views with better poses, and without some, from what is stored of them (ObjectModel::revised); stored in one transaction. Poses that
+  // are so already and views that were taken out before change nothing. Throws Error(model_object_unknown),
+  // Error(model_environment_missing), Error(model_store) and what ObjectModel::revised throws; the model is then as before.
+  Model revise(const std::string& object_id, const std::vector<object_model::BetterPose>& better, const std::vector<std::string>& without);
+
   // Throws Error(model_object_unknown).
   Model model(const std::string& object_id) const;
   std::vector<Model> models() const;

@@ -123,5 +123,42 @@ TEST_F(ModelKeeperTest, GoesOnWhereItWas) {
   fs::remove_all(folder + ".straight");
 }
 
+TEST_F(ModelKeeperTest, ViewsGetBetterPosesAndAreTakenOut) {
+  std::string before, after;
+  {
+    ModelKeeper keeper(folder, {});
+    keeper.set_environment(room());
+    keeper.begin("ball", box, 0.025, false);
+    for (int n = 0; n < 3; ++n) {
+      const auto p = view(n);
+      keeper.integrate("ball", p.view_id, &p);
+    }
+    const auto old = keeper.model("ball");
+    before = old->digest();
+    object_model::BetterPose better{"view-1", old->view("view-1")->X_WC, old->view("view-1")->covariance};
+    EXPECT_EQ(keeper.revise("ball", {better}, {}), old);  // so it is already
+    better.X_WC.translation().x() += 0.01;
+    const auto moved = keeper.revise("ball", {better}, {});
+    EXPECT_GT(moved->grid().revision, old->grid().revision);
+    EXPECT_NE(moved->digest(), before);
+    EXPECT_EQ(keeper.revise("ball", {better}, {}), moved);  // asked again
+    const auto less = keeper.revise("ball", {}, {"view-2"});
+    EXPECT_EQ(less->state().views.size(), 2u);
+    EXPECT_EQ(keeper.revise("ball", {}, {"view-2"}), less);
+    EXPECT_EQ(code_of([&] { keeper.revise("ball", {}, {"view-7"}); }), ErrorCode::bad_input);
+    EXPECT_EQ(code_of([&] { keeper.revise("cube", {}, {}); }), ErrorCode::model_object_unknown);
+    EXPECT_EQ(keeper.model("ball"), less);
+    after = less->digest();
+    std::string told;
+    for (const auto& e : less->state().history) told += e.what + " " + e.detail + "; ";
+    EXPECT_EQ(told, "begun environment r1; view integrated view-0; view integrated view-1; view integrated view-2; "
+                    "view integrated again with a better pose view-1; view taken out view-2; ");
+    keeper.set_environment(room("r2"));
+    EXPECT_EQ(code_of([&] { keeper.revise("ball", {}, {"view-1"}); }), ErrorCode::model_object_differs);
+  }
+  ModelKeeper keeper(folder, {});
+  EXPECT_EQ(keeper.model("ball")->digest(), after);
+}
+
 }  // namespace
 }  // namespace periplus::model
