@@ -89,6 +89,7 @@ ModelState state_of(const CellBounds& bounds, double voxel_size, const std::stri
   g.check();
   check_voxel_count(g);
   ModelState s;
+  s.imported = true;
   s.object_id = object_id;
   s.box.size = g.size.cast<double>() * voxel_size;
   s.box.X_WB.translation() = g.X_WG.translation() + s.box.size / 2;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 #include <string>
 
@@ -31,24 +30,15 @@ std::vector<std::uint64_t> plane_from_wire(const std::vector<std::uint8_t>& octe
   return plane;
 }
 
-std::string hash_of_texts(std::initializer_list<std::string_view> texts) {
-  Sha256 hash;
-  for (const std::string_view text : texts) {
-    hash.update(std::to_string(text.size()) + "\n");
-    hash.update(text);
-  }
-  return hash.hex();
-}
-
 }  // namespace
 
 std::string environment_revision(std::string_view scene_yaml, std::string_view robot_yaml, std::string_view robot_urdf) {
-  return hash_of_texts({scene_yaml, robot_yaml, robot_urdf});
+  return scene::hash_of_texts({scene_yaml, robot_yaml, robot_urdf});
 }
 
-std::string scene_revision(std::string_view scene_yaml) { return hash_of_texts({scene_yaml}); }
+std::string scene_revision(std::string_view scene_yaml) { return scene::hash_of_texts({scene_yaml}); }
 
-std::string robot_revision(std::string_view robot_yaml, std::string_view robot_urdf) { return hash_of_texts({robot_yaml, robot_urdf}); }
+std::string robot_revision(std::string_view robot_yaml, std::string_view robot_urdf) { return scene::hash_of_texts({robot_yaml, robot_urdf}); }
 
 msg::Environment environment_to_wire(std::string_view scene_id, std::string_view scene_yaml, std::string_view robot_yaml,
                                      std::string_view robot_urdf) {

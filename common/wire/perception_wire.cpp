@@ -96,18 +96,22 @@ double finite_calibration(double v) {
 
 }  // namespace
 
+Eigen::Matrix<double, 6, 6> covariance_from_wire(const std::array<double, 36>& m) {
+  Eigen::Matrix<double, 6, 6> out;
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) out(i, j) = require_finite(m[static_cast<std::size_t>(6 * i + j)], "pose_covariance");
+  require((out.diagonal().array() >= 0).all() && (out - out.transpose()).cwiseAbs().maxCoeff() <= 1e-9 + 1e-6 * out.cwiseAbs().maxCoeff(), ErrorCode::bad_input,
+          "pose_covariance must be symmetric with no negative variance");
+  return out;
+}
+
 object_model::Perception from_wire(const msg::Perception& m) {
   object_model::Perception p;
   p.view_id = id_from_wire(m.view_id(), "a perception's view_id");
   p.stamp_ns = m.stamp_ns();
   p.rig = from_wire(m.rig());
   p.X_WC = from_wire(m.pose_world_camera());
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j)
-      p.covariance(i, j) = require_finite(m.pose_covariance()[static_cast<std::size_t>(6 * i + j)], "pose_covariance");
-  require((p.covariance.diagonal().array() >= 0).all() &&
-              (p.covariance - p.covariance.transpose()).cwiseAbs().maxCoeff() <= 1e-9 + 1e-6 * p.covariance.cwiseAbs().maxCoeff(),
-          ErrorCode::bad_input, "pose_covariance must be symmetric with no negative variance");
+  p.covariance = covariance_from_wire(m.pose_covariance());
   require(!m.depth().empty() && m.depth().size() <= 2, ErrorCode::bad_size, "a perception carries one or two depth maps");
   for (const msg::DepthMap& d : m.depth()) p.depth.push_back(from_wire(d));
   const Pinhole& camera = p.rig.camera;

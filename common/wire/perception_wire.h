@@ -2,6 +2,7 @@
 // before it is used: sizes match, numbers are finite and in range, identifiers are identifiers.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -19,6 +20,9 @@ namespace periplus::wire {
 // cameras, 1 or 2 depth maps, colour rgb8 of the left camera's size, disparity of that size or none.
 object_model::Perception from_wire(const msg::Perception& m);
 msg::Perception to_wire(const object_model::Perception& p);
+
+// Position and rotation of a pose, row by row. Throws Error(not_finite, bad_input) unless symmetric with no negative variance.
+Eigen::Matrix<double, 6, 6> covariance_from_wire(const std::array<double, 36>& m);
 
 // Nanoseconds; Error(bad_input) unless nanosec < 1e9.
 std::int64_t stamp_from_wire(const builtin_interfaces::msg::dds_::Time_& t);

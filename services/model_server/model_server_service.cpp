@@ -10,7 +10,6 @@
 #include "common/core/log.h"
 #include "common/dds/codec_impl.h"
 #include "common/object_model/model_export.h"
-#include "common/object_model/model_file.h"
 #include "common/scene/scene.h"
 #include "common/wire/common_wire.h"
 #include "common/wire/object_wire.h"
@@ -141,6 +140,7 @@ struct ModelServerService::Impl {
     });
     service.serve<msg::IntegrateRequest, msg::IntegrateReply>(
         "model/integrate", [self](const auto& q, auto& r, dds::RpcContext&) { self->integrate(q, r); });
+    service.serve<msg::ReviseRequest, msg::ReviseReply>("model/revise", [self](const auto& q, auto& r, dds::RpcContext&) { self->revise(q, r); });
     service.serve<msg::PublishRequest, msg::PublishReply>("model/publish", [self](const auto& q, auto& r, dds::RpcContext&) {
       const auto model = self->keeper.model(wire::id_from_wire(q.object_id(), "object_id"));
       self->publish_environment();
@@ -185,14 +185,30 @@ struct ModelServerService::Impl {
                                   {"seconds", std::to_string(integrated)}});
   }
 
+  void revise(const msg::ReviseRequest& q, msg::ReviseReply& r) {
+    const std::string object_id = wire::id_from_wire(q.object_id(), "object_id");
+    std::vector<object_model::BetterPose> better;
+    for (const msg::ViewPose& v : q.better())
+      better.push_back({wire::id_from_wire(v.view_id(), "view_id"), wire::from_wire(v.pose_world_camera()), wire::covariance_from_wire(v.pose_covariance())});
+    std::vector<std::string> without;
+    for (const msg::ViewName& v : q.without()) without.push_back(wire::id_from_wire(v.view_id(), "view_id"));
+    const auto model = keeper.revise(object_id, better, without);
+    publish(*model);
+    r.revision(model->grid().revision);
+    r.counts(wire::to_wire(model->grid().counts()));
+    r.views(static_cast<std::uint32_t>(model->state().views.size()));
+    log::info("views revised", {{"object", object_id},
+                                {"better", std::to_string(better.size())},
+                                {"without", std::to_string(without.size())},
+                                {"revision", std::to_string(model->grid().revision)}});
+  }
+
   void export_model(const msg::ExportRequest& q, msg::ExportReply& r) {
     const auto model = keeper.model(wire::id_from_wire(q.object_id(), "object_id"));
     const std::string format = q.format().to_string();
-    require(format == "periplus" || format == "ply" || format == "bt", ErrorCode::bad_input, "the format must be periplus, ply or bt");
-    const std::string data = format == "ply"  ? object_model::export_ply(*model, settings.carving)
-                             : format == "bt" ? object_model::export_bt(*model)
-                                              : object_model::write_model(*model);
-    require(data.size() <= 67108864, ErrorCode::bad_size, "the exported model is over 64 MiB and cannot be sent; use larger voxels");
+    const std::string data = object_model::export_model(*model, format, settings.carving);
+    require(data.size() <= 67108864, ErrorCode::bad_size,
+            "the exported model is over 64 MiB and cannot be sent; export it where the server runs, with periplus model export --store, or use larger voxels");
     msg::ModelFile file;
     file.object_id(q.object_id());
     file.revision(model->grid().revision);

@@ -164,10 +164,37 @@ TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
   EXPECT_EQ(digest_after.digest().to_string(), digest_before.digest().to_string());
   EXPECT_EQ(digest_after.views(), 1u);
 
+  // The view a centimetre from where it was taken, and out again.
+  dds::RpcClient<msg::ReviseRequest, msg::ReviseReply> revise(*node, "model/revise");
+  msg::ReviseRequest better;
+  better.object_id("ball");
+  better.better().resize(1);
+  better.better()[0].view_id("view-0");
+  Pose X_WC = resumed->views[0];
+  X_WC.translation().z() += 0.01;
+  better.better()[0].pose_world_camera(wire::to_wire(X_WC));
+  msg::ReviseReply revised;
+  result = revise.call(better, revised, patient);
+  ASSERT_TRUE(result.ok()) << result.error_message;
+  EXPECT_GT(revised.revision(), seen.revision());
+  const auto moved = late.object("ball", revised.revision(), 10s);
+  ASSERT_NE(moved, nullptr);
+  EXPECT_TRUE(moved->views[0].isApprox(X_WC, 1e-12));
+  EXPECT_NE(moved->grid->occupied(), resumed->grid->occupied());
+  better.better()[0].view_id("view-7");
+  EXPECT_EQ(revise.call(better, revised, patient).error_code, static_cast<int>(ErrorCode::bad_input));
+  better.better()[0].view_id("view-0");
+  better.better()[0].pose_covariance()[0] = -1;
+  EXPECT_EQ(revise.call(better, revised, patient).error_code, static_cast<int>(ErrorCode::bad_input));
+  better.better()[0].pose_covariance()[0] = 0;
+  better.better()[0].pose_world_camera(wire::to_wire(resumed->views[0]));
+  ASSERT_TRUE(revise.call(better, revised, patient).ok());
+  ASSERT_TRUE(digest.call(digest_request, digest_before, patient).ok());  // features that were moved there and back are rounded
+
   msg::ExportRequest wanted;
   wanted.object_id("ball");
   msg::ExportReply exported;
-  for (const char* format : {"periplus", "ply", "bt"}) {
+  for (const char* format : {"periplus", "ply", "obj", "glb", "points.ply", "pcd", "bt", "ot", "features.csv"}) {
     wanted.format(format);
     result = export_model.call(wanted, exported, patient);
     ASSERT_TRUE(result.ok()) << result.error_message;

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
@@ -141,6 +142,12 @@ int exit_status_of(ErrorCode code) {
     case ErrorCode::cancelled: return 130;
     default: return 1;
   }
+}
+
+bool is_of_database(const std::vector<std::string>& arguments) {
+  if (arguments.size() < 2 || arguments[0] != "model" || arguments[1].starts_with("-")) return false;
+  if (arguments[1] != "export" && arguments[1] != "digest") return true;
+  return std::any_of(arguments.begin(), arguments.end(), [](const std::string& a) { return a.starts_with("--store"); });
 }
 
 fs::path find_program(const std::string& verb, const fs::path& folder) {

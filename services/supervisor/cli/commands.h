@@ -23,6 +23,9 @@ int exit_status_of(ErrorCode code);
 
 // `periplus X …` runs the program periplus-X found in `folder` or on the PATH, as git does. Empty if there is none.
 std::filesystem::path find_program(const std::string& verb, const std::filesystem::path& folder);
+// Whether `periplus model …` asks for the database's program: all its verbs but export and digest, and these where --store is said. The two
+// ask the model server otherwise, wherever it runs.
+bool is_of_database(const std::vector<std::string>& arguments);
 // "periplus: there is no command 'staus'; did you mean 'status'?"
 std::string no_such_command(const std::string& verb, const std::vector<std::string>& verbs);
 // The run's folder by path, or by name below ./runs. Throws Error(bad_input).

@@ -54,5 +54,17 @@ TEST_F(Commands, RunsAreFoundByPath) {
   EXPECT_THROW(find_run((folder_ / "absent").string()), Error);
 }
 
+TEST_F(Commands, KnowsWhatIsAskedOfTheDatabase) {
+  EXPECT_TRUE(is_of_database({"model", "list"}));
+  EXPECT_TRUE(is_of_database({"model", "verify", "--recarve"}));
+  EXPECT_TRUE(is_of_database({"model", "export", "ball", "--store", "somewhere"}));
+  EXPECT_TRUE(is_of_database({"model", "digest", "--store=somewhere"}));
+  EXPECT_FALSE(is_of_database({"model", "export", "ball"}));
+  EXPECT_FALSE(is_of_database({"model", "digest"}));
+  EXPECT_FALSE(is_of_database({"model", "--help"}));
+  EXPECT_FALSE(is_of_database({"model"}));
+  EXPECT_FALSE(is_of_database({"status"}));
+}
+
 }  // namespace
 }  // namespace periplus::supervisor::cli

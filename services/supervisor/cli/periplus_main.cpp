@@ -57,11 +57,11 @@ int main(int argc, char** argv) {
   verb->callback([&] { status = cli::abort_run(run_id); });
 
   std::string object, format = "ply", output;
-  CLI::App* model = app.add_subcommand("model", "the model that the model server keeps");
+  CLI::App* model = app.add_subcommand("model", "the model that the model server keeps\n`periplus model list|show|verify|import|delete|take-out`, or any with --store: on its database, as periplus-model");
   model->require_subcommand(1);
   verb = model->add_subcommand("export", "write it to a file");
   verb->add_option("object", object, "object's id; default: the only one");
-  verb->add_option("--format", format, "periplus, ply or bt")->check(CLI::IsMember({"periplus", "ply", "bt"}));
+  verb->add_option("--format", format, "periplus, ply (default), obj, glb, points.ply, pcd, bt, ot or features.csv");
   verb->add_option("-o,--output", output, "file to write; default: <object>.<format>");
   verb->callback([&] { status = cli::export_model(object, format, output); });
   verb = model->add_subcommand("digest", "SHA-256 over grid, views and features");
@@ -94,6 +94,11 @@ int main(int argc, char** argv) {
   try {
     if (argc > 1 && argv[1][0] != '-') {
       const std::string name = argv[1];
+      if (cli::is_of_database({argv + 1, argv + argc})) {
+        const auto program = cli::find_program("model", executable_folder());
+        require(!program.empty(), ErrorCode::io, "periplus-model is not installed beside this program; install the package periplus-model-server");
+        ::execv(program.c_str(), argv + 1);
+      }
       std::vector<std::string> verbs;
       for (const CLI::App* known : app.get_subcommands([](const CLI::App*) { return true; })) verbs.push_back(known->get_name());
       if (std::find(verbs.begin(), verbs.end(), name) == verbs.end()) {
