@@ -363,6 +363,7 @@ bool is_current(std::string_view state_text) { return parsed<proto::Model>(state
 std::string write_model(const ObjectModel& model) {
   proto::Model m;
   put_state(model.state(), m);
+  m.clear_history();
   for (const auto& v : model.state().views) put(*v, *m.add_views());
   const std::string payload = serialized(m);
   return std::string(kMagic) + sha256_hex(payload) + "\n" + payload;
