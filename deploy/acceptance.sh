@@ -6,7 +6,7 @@
 # "skipped"; with PERIPLUS_REQUIRE_DOCKER=1 a missing engine is a failure.
 set -uo pipefail
 cd "$(dirname "$0")/.."
-all=(build ci visibility search nbv_benchmark demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug hosts compose)
+all=(build ci visibility search nbv_benchmark eyes demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug hosts compose)
 if [ "${1:-}" = --list ]; then printf '%s\n' "${all[@]}"; exit 0; fi
 checks=("$@"); [ $# -gt 0 ] || checks=("${all[@]}")
 for check in "${checks[@]}"; do
@@ -156,6 +156,21 @@ for c in json.load(open(sys.argv[1]))["checks"]:
       [ -s "$work/nbv_benchmark.checks" ] || say nbv_benchmark.report missing "" "a report" false
       while IFS=$'\t' read -r name value limit ok detail; do say "$name" "$value" "" "$limit" "$ok" "$detail"; done <"$work/nbv_benchmark.checks"
       mkdir -p docs/results/nbv_benchmark && cp "$work"/nbv_benchmark/{index.html,benchmark.json,benchmark.csv} docs/results/nbv_benchmark/ ;;
+    eyes)  # stereo and carving against the truth; page, JSON and CSV go to docs/results/eyes_benchmark
+      rm -rf "$work/eyes_benchmark"
+      start=$SECONDS
+      integration-tests/eyes_benchmark/run.sh --check --output "$work/eyes_benchmark" >"$work/eyes_benchmark.log" 2>&1
+      say eyes.time "$((SECONDS - start))" s none true
+      # What is not judged here, the time of a pair, says whether it holds all the same.
+      python3 -c '
+import json, sys
+for c in json.load(open(sys.argv[1]))["checks"]:
+    value = "missing" if c["value"] is None else round(c["value"], 5)
+    print("eyes." + c["name"].replace(" ", "_"), value, c["unit"] or "-", c["comparison"] + " " + str(c["limit"]), str(c["ok"] or not c["judged"]).lower(), sep="\t")' \
+        "$work/eyes_benchmark/benchmark.json" >"$work/eyes_benchmark.checks"
+      [ -s "$work/eyes_benchmark.checks" ] || say eyes.report missing "" "a report" false
+      while IFS=$'\t' read -r name value unit limit ok; do say "$name" "$value" "${unit#-}" "$limit" "$ok"; done <"$work/eyes_benchmark.checks"
+      mkdir -p docs/results/eyes_benchmark && cp "$work"/eyes_benchmark/{index.md,benchmark.json,benchmark.csv} docs/results/eyes_benchmark/ ;;
     demo) full_run demo deploy/tasks/bunny.yaml ;;
     triceratops) full_run triceratops deploy/tasks/triceratops.yaml ;;
     forbidden)
