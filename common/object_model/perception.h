@@ -38,7 +38,8 @@ struct Perception {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   std::vector<DepthMap> depth;               // left eye; right eye where computed
   ImageU8 color;                             // rectified left image, rgb
-  ImageF disparity;                          // [px], filtered (Algorithm 2), for display; 0 where there is none
+  ImageF disparity;                          // [px], left eye, filled (Algorithm 2); 0 where there is none. For pictures
+  ImageU8 disparity_filled;                  // 255 where `disparity` is a guess: there depth[0] has nothing, and nothing carves; else 0
   std::vector<Feature> features;
   double silhouette_valid_share = 0;         // valid share of the pixels in the box's projection, 0..1
 };

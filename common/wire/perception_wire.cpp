@@ -29,6 +29,26 @@ ImageF plane(const std::vector<float>& values, int width, int height, double mos
   return image;
 }
 
+// Flags of guessed disparities, which must not measure: of a left eye whose `depth` has nothing there.
+ImageU8 guesses(const std::vector<std::uint8_t>& flags, const ImageF& disparity, const object_model::DepthMap& depth) {
+  require(flags.size() == disparity.data.size(), ErrorCode::bad_size, "disparity_filled must have as many values as disparity");
+  ImageU8 out;
+  if (flags.empty()) return out;
+  require(depth.depth.width == disparity.width && depth.depth.height == disparity.height, ErrorCode::bad_size,
+          "disparity must have the size of the left eye's depth");
+  bool two_values = true, kept_apart = true;
+  for (std::size_t i = 0; i < flags.size(); ++i) {
+    two_values = two_values && (flags[i] == 0 || flags[i] == 255);
+    kept_apart = kept_apart && (flags[i] == 0 || (disparity.data[i] > 0 && depth.depth.data[i] == 0 && depth.depth_minimum.data[i] == 0));
+  }
+  require(two_values, ErrorCode::bad_input, "disparity_filled must be 0 or 255");
+  require(kept_apart, ErrorCode::bad_input, "where disparity is filled there must be a disparity, and no depth or least depth: guesses do not carve");
+  out.width = disparity.width;
+  out.height = disparity.height;
+  out.data = flags;
+  return out;
+}
+
 object_model::DepthMap from_wire(const msg::DepthMap& m) {
   object_model::DepthMap d;
   d.camera = wire::from_wire(m.camera());
@@ -123,6 +143,7 @@ object_model::Perception from_wire(const msg::Perception& m) {
   p.color.channels = 3;
   p.color.data = m.color();
   if (!m.disparity().empty()) p.disparity = plane(m.disparity(), camera.width, camera.height, 8192, "disparity");
+  p.disparity_filled = guesses(m.disparity_filled(), p.disparity, p.depth.front());
   require(m.features().size() <= kMostFeatures, ErrorCode::bad_size, "a perception carries at most 8192 features");
   p.features.reserve(m.features().size());
   for (const msg::Feature& f : m.features()) p.features.push_back(from_wire(f));
@@ -143,6 +164,7 @@ msg::Perception to_wire(const object_model::Perception& p) {
   for (const object_model::DepthMap& d : p.depth) m.depth().push_back(to_wire(d));
   m.color(p.color.data);
   m.disparity(p.disparity.data);
+  m.disparity_filled(p.disparity_filled.data);
   for (const object_model::Feature& f : p.features) m.features().push_back(to_wire(f));
   m.silhouette_valid_share(p.silhouette_valid_share);
   return m;

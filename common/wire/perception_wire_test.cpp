@@ -32,6 +32,9 @@ object_model::Perception sample_perception() {
   p.color = ImageU8(8, 6, 3);
   for (std::size_t i = 0; i < p.color.data.size(); ++i) p.color.data[i] = static_cast<std::uint8_t>(i);
   p.disparity = ImageF(8, 6, 1, 5.f);
+  p.disparity_filled = ImageU8(8, 6);
+  p.disparity_filled.at(3, 2) = 255;
+  p.depth[0].depth_minimum.at(3, 2) = 0;
   object_model::Feature f;
   f.u = 1.5f;
   f.v = 2.5f;
@@ -71,6 +74,7 @@ TEST(PerceptionWire, RoundTrip) {
   EXPECT_EQ(q.color.data, p.color.data);
   EXPECT_EQ(q.color.channels, 3);
   EXPECT_EQ(q.disparity.data, p.disparity.data);
+  EXPECT_EQ(q.disparity_filled.data, p.disparity_filled.data);
   ASSERT_EQ(q.features.size(), 1u);
   EXPECT_EQ(q.features[0].descriptor, p.features[0].descriptor);
   EXPECT_EQ(q.features[0].p_W, p.features[0].p_W);
@@ -99,7 +103,13 @@ TEST(PerceptionWire, RefusesWhatDoesNotHold) {
   EXPECT_EQ(spoilt([](auto& m) { m.rig().camera().fy(1e7); }), ErrorCode::bad_input);
   EXPECT_EQ(spoilt([](auto& m) { m.color().resize(10); }), ErrorCode::bad_size);
   EXPECT_EQ(spoilt([](auto& m) { m.disparity().resize(10); }), ErrorCode::bad_size);
-  EXPECT_EQ(spoilt([](auto& m) { m.disparity().clear(); }), ErrorCode::ok);
+  EXPECT_EQ(spoilt([](auto& m) { m.disparity().clear(); }), ErrorCode::bad_size);  // flags without disparities
+  EXPECT_EQ(spoilt([](auto& m) { m.disparity().clear(), m.disparity_filled().clear(); }), ErrorCode::ok);
+  EXPECT_EQ(spoilt([](auto& m) { m.disparity_filled().clear(); }), ErrorCode::bad_size);
+  EXPECT_EQ(spoilt([](auto& m) { m.disparity_filled()[0] = 1; }), ErrorCode::bad_input);
+  EXPECT_EQ(spoilt([](auto& m) { m.disparity_filled()[0] = 255; }), ErrorCode::bad_input);           // a guess with a depth
+  EXPECT_EQ(spoilt([](auto& m) { m.depth()[0].depth_minimum()[19] = 1; }), ErrorCode::bad_input);    // a guess that would carve
+  EXPECT_EQ(spoilt([](auto& m) { m.disparity()[19] = 0; }), ErrorCode::bad_input);                   // a guess of nothing
   EXPECT_EQ(spoilt([](auto& m) { m.pose_world_camera().qw(2); }), ErrorCode::bad_input);
   EXPECT_EQ(spoilt([](auto& m) { m.pose_world_camera().position().x(kNoNumber); }), ErrorCode::not_finite);
   EXPECT_EQ(spoilt([](auto& m) { m.pose_covariance()[0] = -1; }), ErrorCode::bad_input);

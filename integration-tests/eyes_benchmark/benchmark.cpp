@@ -14,6 +14,7 @@
 #include "integration-tests/eyes_benchmark/pictures.h"
 #include "integration-tests/eyes_benchmark/plain_matcher.h"
 #include "integration-tests/eyes_benchmark/real_pairs.h"
+#include "services/vision_server/disparity_filter.h"
 #include "services/vision_server/match_range.h"
 
 namespace periplus::eyes_benchmark {
@@ -84,7 +85,7 @@ class Benchmark {
     StereoRow row;
     row.object = stage.object;
     row.paint = to_string(paint);
-    StereoTally ours, plain;
+    StereoTally ours, plain, filled;
     NormalErrors normals;
     std::vector<double> seconds, processor_seconds, plain_seconds;
     std::map<std::string, std::vector<double>> steps;
@@ -126,6 +127,7 @@ class Benchmark {
         const bool cautious = s.perception->silhouette_valid_share < o_.carving.cautious_share;
         const ImageF carved = least_within(object_model::pixel_limits(map, grid, o_.carving, cautious, nullptr).limit, side);
         ours.add(s.disparity.left, map.depth, carved, shot.left.depth, shot.left.object, rig);
+        filled.add(s.perception->disparity, {}, {}, shot.left.depth, shot.left.object, rig);
         add_normal_errors(map.depth, shot.left.object, rig.camera, map.X_WC, stage.mesh_W, *stage.tree, kNormalStep, normals);
       } else {
         ++row.refused;
@@ -140,6 +142,7 @@ class Benchmark {
     }
     row.ours = ours.quality();
     row.plain = plain.quality();
+    row.filled = filled.quality();
     row.normals_share = normals.tried == 0 ? 0 : static_cast<double>(normals.angles.size()) / static_cast<double>(normals.tried);
     row.normals = spread(std::move(normals.angles));
     row.seconds = median(std::move(seconds));
@@ -226,27 +229,39 @@ class Benchmark {
   void run_real() {
     say_("real pairs");
     for (const RealPair& pair : load_real_pairs()) {
-      RealRow row{pair.name, pair.source, pair.range.count, {}, {}, 0, 0};
-      std::vector<double> seconds, plain_seconds;
+      RealRow row;
+      row.name = pair.name;
+      row.source = pair.source;
+      row.first_column = pair.range.count;
+      std::vector<double> seconds, filling_seconds, plain_seconds;
       vision::DisparityPair ours;
+      vision::FilledDisparity filled;
       ImageF plain;
       for (int r = 0; r < o_.repeats; ++r) {
         double begin = now();
         ours = vision::match(pair.left, pair.right, pair.range, o_.perceive.match);
         seconds.push_back(now() - begin);
         begin = now();
+        filled = vision::fill_disparity(ours.left, pair.left);
+        filling_seconds.push_back(now() - begin);
+        begin = now();
         plain = plain_match(pair.left, pair.right, pair.range);
         plain_seconds.push_back(now() - begin);
       }
       row.ours = disparity_quality(ours.left, pair.truth, row.first_column);
       row.plain = disparity_quality(plain, pair.truth, row.first_column);
+      row.filled = disparity_quality(filled.disparity, pair.truth, row.first_column);
+      row.ours_where_both = quality_where_both(ours.left, plain, pair.truth, row.first_column);
+      row.plain_where_both = quality_where_both(plain, ours.left, pair.truth, row.first_column);
       row.seconds = median(std::move(seconds));
+      row.filling_seconds = median(std::move(filling_seconds));
       row.plain_seconds = median(std::move(plain_seconds));
       if (!o_.pictures.empty()) {
         // Disparities as they are: drawn like depths, but near is what is large.
         const float most = static_cast<float>(pair.range.count);
         const ImageU8 all(pair.truth.width, pair.truth.height, 1, 255);
         write_depth(o_.pictures + "/" + pair.name + "_disparity.png", ours.left, most, 0);
+        write_depth(o_.pictures + "/" + pair.name + "_filled.png", filled.disparity, most, 0);
         ImageU8 known = all;
         for (std::size_t i = 0; i < known.data.size(); ++i) known.data[i] = pair.truth.data[i] > 0 ? 255 : 0;
         write_error(o_.pictures + "/" + pair.name + "_error.png", ours.left, pair.truth, known, 4);

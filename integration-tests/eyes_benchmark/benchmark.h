@@ -33,6 +33,7 @@ struct BenchmarkOptions {
 struct StereoRow {
   std::string object, paint;
   StereoQuality ours, plain;                // left eye, six views
+  StereoQuality filled;                     // ours with its guesses (Algorithm 2), which never carve
   Spread normals;                           // angle to the true normal [rad]
   double normals_share = 0;                 // of the pixels with a depth that have a normal
   int refused = 0;                          // views without a perception
@@ -56,7 +57,9 @@ struct RealRow {
   std::string name, source;
   int first_column = 0;                     // numDisparities: further left plain matching finds nothing
   DisparityQuality ours, plain;
-  double seconds = 0, plain_seconds = 0;
+  DisparityQuality filled;                  // ours with its guesses (Algorithm 2)
+  DisparityQuality ours_where_both, plain_where_both;  // over the pixels that ours and plain match
+  double seconds = 0, plain_seconds = 0, filling_seconds = 0;
 };
 
 struct BenchmarkResult {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 namespace periplus::eyes_benchmark {
 namespace {
@@ -51,9 +52,16 @@ void carved(const ModelRow* row, const std::string& prefix, double coverage, Lim
   limits.at_most(row, prefix + "touching_emptied", "%", [](const ModelRow& r) { return kPercent * r.quality.touching_emptied_share(); }, 0.4);
 }
 
+void real_pair(const RealRow* row, const std::string& prefix, double coverage, double bad, Limits& limits) {
+  limits.at_least(row, prefix + "filled_covered", "%", [](const RealRow& r) { return kPercent * r.filled.covered; }, coverage);
+  limits.at_most(row, prefix + "filled_bad_2", "%", [](const RealRow& r) { return kPercent * r.filled.bad_2; }, bad);
+  limits.at_most(row, prefix + "bad_2_beside_plain", "%", [](const RealRow& r) { return kPercent * r.ours_where_both.bad_2; },
+                 row ? kPercent * row->plain_where_both.bad_2 : 0);
+}
+
 }  // namespace
 
-std::vector<Check> check_limits(const BenchmarkResult& result, const std::vector<std::string>& objects) {
+std::vector<Check> check_limits(const BenchmarkResult& result, const std::vector<std::string>& objects, bool real) {
   const auto seen = [&](const std::string& object, const char* paint) -> const StereoRow* {
     const auto it = std::find_if(result.stereo.begin(), result.stereo.end(), [&](const StereoRow& r) { return r.object == object && r.paint == paint; });
     return it == result.stereo.end() ? nullptr : &*it;
@@ -76,6 +84,11 @@ std::vector<Check> check_limits(const BenchmarkResult& result, const std::vector
     }
     if (object == "mug")
       limits.at_most(model(object, "own", 0.01), "carved.plain_mug.inside_emptied", "%", [](const ModelRow& r) { return kPercent * r.quality.inside_emptied_share(); }, 0.05);
+  }
+  if (!real) return checks;
+  for (const auto& [name, coverage, bad] : {std::tuple{"Aloe", 95, 14}, std::tuple{"Motorcycle", 98, 11}}) {
+    const auto it = std::find_if(result.real.begin(), result.real.end(), [name = name](const RealRow& r) { return r.name == name; });
+    real_pair(it == result.real.end() ? nullptr : &*it, std::string("real.") + name + ".", coverage, bad, limits);
   }
   return checks;
 }

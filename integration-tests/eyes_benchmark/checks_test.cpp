@@ -47,12 +47,19 @@ BenchmarkResult good() {
   own.quality.inside = 10000;
   own.quality.inside_emptied = 4;
   r.models.push_back(own);
+  for (const char* pair : {"Aloe", "Motorcycle"}) {
+    RealRow real;
+    real.name = pair;
+    real.filled = {1000, real.name == "Aloe" ? 0.951 : 0.981, 0.2, real.name == "Aloe" ? 0.139 : 0.109};
+    real.ours_where_both.bad_2 = real.plain_where_both.bad_2 = 0.02;
+    r.real.push_back(real);
+  }
   return r;
 }
 
 std::string failing(const BenchmarkResult& r) {
   std::string out;
-  for (const Check& c : check_limits(r, {"bunny", "mug"}))
+  for (const Check& c : check_limits(r, {"bunny", "mug"}, true))
     if (!c.ok) out += c.name + " ";
   return out;
 }
@@ -81,12 +88,17 @@ TEST(Checks, EachFailsJustBeyond) {
   EXPECT_EQ(with([](auto& r) { r.models[2].quality.covered_1_5 = 0.979; }), "carved_5mm.bunny.covered ");
   EXPECT_EQ(with([](auto& r) { r.models[2].quality.error.mean = 0.00131; }), "carved_5mm.bunny.error_mean ");
   EXPECT_EQ(with([](auto& r) { r.models[3].quality.inside_emptied = 6; }), "carved.plain_mug.inside_emptied ");
+  EXPECT_EQ(with([](auto& r) { r.real[0].filled.covered = 0.949; }), "real.Aloe.filled_covered ");
+  EXPECT_EQ(with([](auto& r) { r.real[0].filled.bad_2 = 0.141; }), "real.Aloe.filled_bad_2 ");
+  EXPECT_EQ(with([](auto& r) { r.real[1].filled.covered = 0.979; }), "real.Motorcycle.filled_covered ");
+  EXPECT_EQ(with([](auto& r) { r.real[1].filled.bad_2 = 0.111; }), "real.Motorcycle.filled_bad_2 ");
+  EXPECT_EQ(with([](auto& r) { r.real[1].ours_where_both.bad_2 = 0.021; }), "real.Motorcycle.bad_2_beside_plain ");
 }
 
 TEST(Checks, TimeIsShownAndDecidesNothing) {
   BenchmarkResult r = good();
   r.stereo[0].seconds = 0.4;
-  for (const Check& c : check_limits(r, {"bunny", "mug"})) {
+  for (const Check& c : check_limits(r, {"bunny", "mug"}, true)) {
     EXPECT_EQ(c.judged, !c.name.ends_with(".pair"));
     if (c.name == "stereo.bunny.pair") {
       EXPECT_FALSE(c.ok);
@@ -98,13 +110,16 @@ TEST(Checks, MissingRowsAreNotOk) {
   BenchmarkResult r = good();
   r.models.pop_back();
   EXPECT_EQ(failing(r), "carved.plain_mug.inside_emptied ");
-  EXPECT_TRUE(to_json(check_limits(r, {"bunny", "mug"})).back().at("value").is_null());
+  EXPECT_TRUE(to_json(check_limits(r, {"bunny", "mug"}, false)).back().at("value").is_null());
+  r.real.clear();
+  EXPECT_NE(failing(r).find("real.Aloe.filled_covered"), std::string::npos);
 }
 
 TEST(Report, HoldsEveryRow) {
   BenchmarkResult r = good();
-  r.real.push_back({"Aloe", "opencv-doc", 128, {1000, 0.8, 0.05, 0.03}, {1000, 0.7, 0.06, 0.04}, 0.1, 0.05});
-  const auto checks = check_limits(r, {"bunny", "mug"});
+  r.real[0].ours = {1000, 0.8, 0.05, 0.03};
+  r.real[0].plain = {1000, 0.7, 0.06, 0.04};
+  const auto checks = check_limits(r, {"bunny", "mug"}, true);
   const auto json = to_json(r, {}, checks, nbv_benchmark::provenance("--check"));
   EXPECT_EQ(json.at("stereo").size(), 2u);
   EXPECT_EQ(json.at("carved").size(), 4u);
@@ -112,6 +127,7 @@ TEST(Report, HoldsEveryRow) {
   EXPECT_EQ(json.at("checks").size(), checks.size());
   EXPECT_EQ(json.at("made").at("command"), "--check");
   EXPECT_EQ(json.at("parameters").at("seed"), 1);
+  EXPECT_EQ(json.at("real").at(1).at("filled").at("covered"), 0.981);
   const std::string csv = to_csv(r);
   EXPECT_NE(csv.find("stereo,bunny,rich,,ours,valid,0.911\n"), std::string::npos);
   EXPECT_NE(csv.find("carved,bunny,rich,0.005,\"stereo\",error_m.mean,0.0012\n"), std::string::npos);

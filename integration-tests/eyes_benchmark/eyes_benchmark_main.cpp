@@ -59,7 +59,7 @@ int run(const Arguments& a, const std::string& command) {
   const BenchmarkOptions o = options_of(a);
   fs::create_directories(o.pictures);
   const BenchmarkResult r = run_benchmark(o, [](const std::string& s) { std::fprintf(stderr, "%s\n", s.c_str()); });
-  const std::vector<Check> checks = check_limits(r, o.objects);
+  const std::vector<Check> checks = check_limits(r, o.objects, o.real);
   const nbv_benchmark::Provenance made = nbv_benchmark::provenance(command);
   const fs::path folder = a.output;
   write(folder / "benchmark.json", to_json(r, o, checks, made).dump(1) + "\n");

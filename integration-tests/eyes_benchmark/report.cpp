@@ -43,7 +43,7 @@ std::string stereo_table(const BenchmarkResult& r, const std::string& pictures) 
       "## Stereo\n\nLeft eye, pixels of the object, six views. `behind`: of these pixels, where space would be carved more than 5 mm behind the "
       "true surface, after the minimum over a voxel's projection. Normals: angle to the true face, where there is a depth. Plain: "
       "`cv::StereoSGBM` with the settings of its documentation; its time is one eye's disparity, ours the whole pair with both eyes' depth, "
-      "normals and features, in brackets that of all threads together.\n\n"
+      "normals and features, in brackets that of all threads together. Filled: ours with its guesses (Algorithm 2), which are flagged and never carve.\n\n"
       "| object | texture | | valid, % | bad-1, % | bad-2, % | median, mm | p95, mm | behind, % | normals, median / p95, deg | ms a pair (processor) |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const StereoRow& row : r.stereo) {
@@ -53,6 +53,8 @@ std::string stereo_table(const BenchmarkResult& r, const std::string& pictures) 
                        1000 * row.seconds, 1000 * row.processor_seconds);
     out += fmt::format("| | | plain | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | | | {:.0f} |\n", 100 * b.valid, 100 * b.bad_1, 100 * b.bad_2, 1000 * b.error.median,
                        1000 * b.error.p95, 1000 * row.plain_seconds);
+    const StereoQuality& c = row.filled;
+    out += fmt::format("| | | filled | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | | | |\n", 100 * c.valid, 100 * c.bad_1, 100 * c.bad_2, 1000 * c.error.median, 1000 * c.error.p95);
   }
   for (const StereoRow& row : r.stereo)
     if (row.refused > 0)
@@ -93,17 +95,23 @@ std::string real_table(const BenchmarkResult& r, const std::string& pictures) {
   if (r.real.empty()) return "";
   std::string out =
       "## Real pairs\n\nPixels with a true disparity that lie right of numDisparities, where plain matching can find something. Covered: of these pixels. "
-      "Bad: of the covered ones. Time of ours: both eyes' disparities.\n\n"
+      "Bad: of the covered ones. Time of ours: both eyes' disparities; of filling beside it. Filled: ours with its guesses (Algorithm 2), which are flagged "
+      "and never carve. The last two of each pair: over the pixels that ours and plain both match.\n\n"
       "| pair | | covered, % | bad-1, % | bad-2, % | ms |\n|---|---|---|---|---|---|\n";
-  for (const RealRow& row : r.real)
-    for (const bool ours : {true, false}) {
-      const DisparityQuality& q = ours ? row.ours : row.plain;
-      out += fmt::format("| {} | {} | {:.1f} | {:.2f} | {:.2f} | {:.0f} |\n", ours ? row.name : "", ours ? "ours" : "plain", 100 * q.covered, 100 * q.bad_1, 100 * q.bad_2,
-                         1000 * (ours ? row.seconds : row.plain_seconds));
-    }
+  for (const RealRow& row : r.real) {
+    const auto line = [&](const std::string& pair, const char* what, const DisparityQuality& q, const std::string& ms) {
+      out += fmt::format("| {} | {} | {:.1f} | {:.2f} | {:.2f} | {} |\n", pair, what, 100 * q.covered, 100 * q.bad_1, 100 * q.bad_2, ms);
+    };
+    line(row.name, "ours", row.ours, fmt::format("{:.0f}", 1000 * row.seconds));
+    line("", "filled", row.filled, fmt::format("{:.0f}", 1000 * row.filling_seconds));
+    line("", "plain", row.plain, fmt::format("{:.0f}", 1000 * row.plain_seconds));
+    line("", "ours where both", row.ours_where_both, "");
+    line("", "plain where both", row.plain_where_both, "");
+  }
   if (pictures.empty()) return out;
   out += "\nDisparity and its error (white none, red and blue 4 px, grey: truth unknown):\n\n";
-  for (const RealRow& row : r.real) out += fmt::format("{0}: ![disparity]({1}{0}_disparity.png) ![error]({1}{0}_error.png)\n\n", row.name, pictures);
+  for (const RealRow& row : r.real)
+    out += fmt::format("{0}: ![disparity]({1}{0}_disparity.png) ![filled]({1}{0}_filled.png) ![error]({1}{0}_error.png)\n\n", row.name, pictures);
   return out;
 }
 
@@ -158,6 +166,7 @@ json to_json(const BenchmarkResult& r, const BenchmarkOptions& o, const std::vec
                            {"texture", row.paint},
                            {"ours", of(row.ours)},
                            {"plain", of(row.plain)},
+                           {"filled", of(row.filled)},
                            {"normals_rad", of(row.normals)},
                            {"normals_share", row.normals_share},
                            {"refused", row.refused},
@@ -171,7 +180,9 @@ json to_json(const BenchmarkResult& r, const BenchmarkOptions& o, const std::vec
                          {"first_column", row.first_column},
                          {"ours", of(row.ours)},
                          {"plain", of(row.plain)},
-                         {"seconds", {{"ours", row.seconds}, {"plain", row.plain_seconds}}}});
+                         {"filled", of(row.filled)},
+                         {"where_both", {{"ours", of(row.ours_where_both)}, {"plain", of(row.plain_where_both)}}},
+                         {"seconds", {{"ours", row.seconds}, {"filling", row.filling_seconds}, {"plain", row.plain_seconds}}}});
   j["checks"] = to_json(checks);
   j["seconds"] = r.seconds;
   return j;
@@ -185,12 +196,16 @@ std::string to_csv(const BenchmarkResult& r) {
     lines(out, head + "ours,", {{"normals_rad", of(row.normals)}, {"refused", row.refused}, {"seconds", row.seconds}});
     lines(out, head + "plain,", of(row.plain));
     lines(out, head + "plain,", {{"seconds", row.plain_seconds}});
+    lines(out, head + "filled,", of(row.filled));
   }
   for (const ModelRow& row : r.models)
     lines(out, fmt::format("carved,{},{},{},\"{}\",", row.object, row.paint, row.voxel_m, row.source), of(row.quality));
   for (const RealRow& row : r.real) {
     lines(out, "real," + row.name + ",,,ours,", of(row.ours));
     lines(out, "real," + row.name + ",,,plain,", of(row.plain));
+    lines(out, "real," + row.name + ",,,filled,", of(row.filled));
+    lines(out, "real," + row.name + ",,,ours where both,", of(row.ours_where_both));
+    lines(out, "real," + row.name + ",,,plain where both,", of(row.plain_where_both));
   }
   return out;
 }

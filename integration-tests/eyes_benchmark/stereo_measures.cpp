@@ -118,4 +118,12 @@ DisparityQuality disparity_quality(const ImageF& disparity, const ImageF& truth,
   return {pixels, ratio(matched, pixels), ratio(bad_1, matched), ratio(bad_2, matched)};
 }
 
+DisparityQuality quality_where_both(const ImageF& disparity, const ImageF& other, const ImageF& truth, int first_column) {
+  same_size(disparity, other);
+  ImageF both = disparity;
+  for (std::size_t i = 0; i < both.data.size(); ++i)
+    if (other.data[i] <= 0) both.data[i] = 0;
+  return disparity_quality(both, truth, first_column);
+}
+
 }  // namespace periplus::eyes_benchmark

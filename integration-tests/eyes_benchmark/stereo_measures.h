@@ -64,5 +64,7 @@ struct DisparityQuality {
   double bad_1 = 0, bad_2 = 0;  // share of the matched ones that is wrong by more than 1, 2 px
 };
 DisparityQuality disparity_quality(const ImageF& disparity, const ImageF& truth, int first_column);
+// The same of `disparity` alone, over those pixels where `other` has a value too.
+DisparityQuality quality_where_both(const ImageF& disparity, const ImageF& other, const ImageF& truth, int first_column);
 
 }  // namespace periplus::eyes_benchmark

@@ -135,6 +135,16 @@ TEST(DisparityQuality, CountsOnlyKnownTruthRightOfTheFirstColumn) {
   EXPECT_NEAR(q.covered, 60 / 70.0, 1e-12);
   EXPECT_NEAR(q.bad_1, 9 / 60.0, 1e-12);
   EXPECT_NEAR(q.bad_2, 3 / 60.0, 1e-12);
+  // Beside one that matches every other row, and nothing where the first is wrong by 1.5 px.
+  ImageF other(100, 10, 1, 12);
+  for (int y = 0; y < 10; ++y)
+    for (int x = 0; x < 100; ++x)
+      if (y % 2 || (x >= 30 && x < 36)) other.at(x, y) = 0;
+  const DisparityQuality both = quality_where_both(d, other, truth, 20);
+  EXPECT_EQ(both.pixels, 700u);
+  EXPECT_NEAR(both.covered, 27 / 70.0, 1e-12);
+  EXPECT_NEAR(both.bad_1, 3 / 54.0, 1e-12);
+  EXPECT_NEAR(both.bad_2, 3 / 54.0, 1e-12);
 }
 
 }  // namespace

@@ -121,6 +121,7 @@ struct ScriptedServices::Impl {
     p.depth.push_back({camera, Pose::Identity(), ImageF(16, 12), ImageF(16, 12), ImageF(16, 12)});
     p.color = ImageU8(16, 12, 3, 90);
     p.disparity = ImageF(16, 12);
+    p.disparity_filled = ImageU8(16, 12);
     perceptions.publish(wire::to_wire(p));
   }
   msg::Pose2 foot(double x, double y) const { return wire::to_wire(Pose2{x, y, 0}); }

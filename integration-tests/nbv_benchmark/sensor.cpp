@@ -121,7 +121,7 @@ class StereoSensor : public Sensor {
     out.depth.push_back(vision::make_depth(disparity.right, rig, X_WR, {}, distance));
     out.silhouette_valid_share =
         vision::valid_share(disparity.left, vision::box_silhouette(rig.camera, X_WC, arena_.box), rig.disparity(distance));
-    const auto share = vision::object_valid_share(disparity.left, vision::fill_disparity(disparity.left, left), rig, X_WC, arena_.box,
+    const auto share = vision::object_valid_share(disparity.left, vision::fill_disparity(disparity.left, left).disparity, rig, X_WC, arena_.box,
                                                   arena_.collision.get());
     if (share) out.silhouette_valid_share = std::min(out.silhouette_valid_share, *share);
     return out;

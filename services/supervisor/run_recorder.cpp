@@ -122,7 +122,13 @@ void RunRecorder::save_perception(int look, const object_model::Perception& p) c
   const std::string folder = look_folder(look), relative = fs::relative(folder, folder_).string();
   if (!p.disparity.empty()) {
     save_text(relative + "/disparity.npy", npy(p.disparity));
-    write_png(folder + "/disparity.png", coloured(p.disparity, false));
+    cv::Mat picture = coloured(p.disparity, false);
+    if (!p.disparity_filled.empty()) {
+      const cv::Mat filled = to_mat(p.disparity_filled);
+      cv::Mat(picture * 0.5).copyTo(picture, filled);
+      write_png(folder + "/disparity_filled.png", filled);
+    }
+    write_png(folder + "/disparity.png", picture);
   }
   if (!p.depth.empty()) {
     save_text(relative + "/depth.npy", npy(p.depth[0].depth));

@@ -2,7 +2,8 @@
 //
 //   looks/NN/left.png right.png wide.png      as the cameras gave them
 //   looks/NN/disparity.npy depth.npy          float32 (height, width); [px], [m]; 0 where there is none
-//   looks/NN/disparity.png depth.png          the same for the eye
+//   looks/NN/disparity.png depth.png          the same for the eye; guessed disparities are darker
+//   looks/NN/disparity_filled.png             white where a disparity is a guess
 //   looks/NN/color.png                        rectified left image
 //   looks/NN/grid.npy                         uint8 (nx, ny, nz): 0 empty 1 unknown 2 known 3 environment, after this look
 //   looks/NN/look.json                        camera pose 4x4, rig, grid geometry, gains

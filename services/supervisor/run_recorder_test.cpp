@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
 #include "common/core/error.h"
@@ -45,6 +46,21 @@ TEST(RunRecorder, DepthIsWrittenAsNumpyReadsIt) {
   EXPECT_EQ(last, 1.5f);
   EXPECT_TRUE(std::filesystem::exists(recorder.look_folder(1) + "/depth.png"));
   EXPECT_TRUE(std::filesystem::exists(recorder.look_folder(1) + "/color.png"));
+}
+
+TEST(RunRecorder, GuessedDisparitiesAreShownAsSuch) {
+  RunRecorder recorder(fresh_folder());
+  object_model::Perception p;
+  p.disparity = ImageF(2, 1, 1, 20.f);
+  p.disparity_filled = ImageU8(2, 1);
+  p.disparity_filled.at(1, 0) = 255;
+  recorder.save_perception(1, p);
+  const cv::Mat picture = cv::imread(recorder.look_folder(1) + "/disparity.png"), mask = cv::imread(recorder.look_folder(1) + "/disparity_filled.png");
+  ASSERT_EQ(picture.cols, 2);
+  const cv::Vec3b measured = picture.at<cv::Vec3b>(0, 0), guessed = picture.at<cv::Vec3b>(0, 1);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(guessed[c], measured[c] / 2.0, 1);
+  EXPECT_EQ(mask.at<cv::Vec3b>(0, 0)[0], 0);
+  EXPECT_EQ(mask.at<cv::Vec3b>(0, 1)[0], 255);
 }
 
 TEST(RunRecorder, LookJsonCarriesPoseRowByRowAndNoPredictionForTheFirst) {

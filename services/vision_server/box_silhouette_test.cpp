@@ -68,7 +68,7 @@ struct Board {
       for (int x = left - hidden; x < right; ++x) disparity.at(x, y) = x < left ? 0 : static_cast<float>(rig.disparity(1));
   }
   std::optional<double> share(const scene::CollisionWorld* known = nullptr) const {
-    return object_valid_share(disparity, fill_disparity(disparity, ImageU8(160, 120, 1, 100)), rig, Pose::Identity(),
+    return object_valid_share(disparity, fill_disparity(disparity, ImageU8(160, 120, 1, 100)).disparity, rig, Pose::Identity(),
                               box_ahead(1, 0.3), known);
   }
 };

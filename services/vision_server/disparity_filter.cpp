@@ -6,7 +6,7 @@
 
 namespace periplus::vision {
 
-ImageF fill_disparity(const ImageF& disparity, const ImageU8& left_grey) {
+FilledDisparity fill_disparity(const ImageF& disparity, const ImageU8& left_grey) {
   require(disparity.width == left_grey.width && disparity.height == left_grey.height && left_grey.channels == 1 &&
               disparity.channels == 1,
           ErrorCode::bad_size, "the disparity filter needs a disparity map and a grey image of one size");
@@ -21,7 +21,7 @@ ImageF fill_disparity(const ImageF& disparity, const ImageU8& left_grey) {
     }
     return sum;
   };
-  ImageF out = disparity;
+  FilledDisparity out{disparity, ImageU8(w, h)};
   std::vector<int> next(static_cast<std::size_t>(w) + 1);
   for (int y = 0; y < h; ++y) {
     next[static_cast<std::size_t>(w)] = w;
@@ -36,7 +36,8 @@ ImageF fill_disparity(const ImageF& disparity, const ImageU8& left_grey) {
       const int right = next[static_cast<std::size_t>(x)];
       if (left < 0 || right >= w) continue;
       const double wl = 1.0 / (1 + block_distance(x, left, y)), wr = 1.0 / (1 + block_distance(x, right, y));
-      out.at(x, y) = static_cast<float>((wl * disparity.at(left, y) + wr * disparity.at(right, y)) / (wl + wr));
+      out.disparity.at(x, y) = static_cast<float>((wl * disparity.at(left, y) + wr * disparity.at(right, y)) / (wl + wr));
+      out.filled.at(x, y) = 255;
     }
   }
   return out;

@@ -97,15 +97,17 @@ object_model::Perception perceive(const RectifiedPair& pair, const object_model:
   const Pose X_WR = pair.X_WC * Eigen::Translation3d(pair.rig.baseline, 0, 0);
   out.depth.push_back(make_depth(disparity.right, pair.rig, X_WR, settings.depth, box_distance));
   step("depth");
-  out.disparity = fill_disparity(disparity.left, pair.left_grey);
+  FilledDisparity filled = fill_disparity(disparity.left, pair.left_grey);
   out.silhouette_valid_share = report.valid_share_in_box;
   if (const auto share =
-          object_valid_share(disparity.left, out.disparity, pair.rig, pair.X_WC, box, surroundings.solids))
+          object_valid_share(disparity.left, filled.disparity, pair.rig, pair.X_WC, box, surroundings.solids))
     out.silhouette_valid_share = std::min(out.silhouette_valid_share, *share);
   step("filter");
   out.features = find_features(pair.left_grey, pair.right_grey, pair.rig, out.depth.front(), box, surroundings.solids,
                                settings.features);
   step("features");
+  out.disparity = std::move(filled.disparity);
+  out.disparity_filled = std::move(filled.filled);
   out.color = pair.left;
   return out;
 }

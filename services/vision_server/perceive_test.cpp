@@ -87,6 +87,30 @@ TEST(Perceive, DepthOfATexturedBallIsGoodToMillimetres) {
   EXPECT_GT(p.features.size(), 30u);
 }
 
+TEST(Perceive, GuessedDisparitiesAreFlaggedAndMeasureNothing) {
+  PerceptionSetting s;
+  const RectifiedPair pair = s.pair();
+  const object_model::Perception p = see(pair, s);
+  ASSERT_EQ(p.disparity_filled.data.size(), p.disparity.data.size());
+  int guesses = 0, matched = 0;
+  for (std::size_t i = 0; i < p.disparity.data.size(); ++i) {
+    if (p.disparity_filled.data[i] == 0) {
+      matched += p.disparity.data[i] > 0;
+      if (p.depth[0].depth_minimum.data[i] > 0) {
+        EXPECT_GT(p.disparity.data[i], 0);
+      }
+      continue;
+    }
+    ++guesses;
+    EXPECT_GT(p.disparity.data[i], 0);
+    EXPECT_EQ(p.depth[0].depth.data[i], 0);
+    EXPECT_EQ(p.depth[0].depth_minimum.data[i], 0);
+    EXPECT_EQ(p.depth[0].depth_sigma.data[i], 0);
+  }
+  EXPECT_GT(guesses, 5000);
+  EXPECT_GT(matched, 150000);
+}
+
 TEST(Perceive, TheWallBehindTheObjectIsMeasuredToo) {
   PerceptionSetting s;
   const RectifiedPair pair = s.pair();
