@@ -5,6 +5,8 @@
 
 #include "common/core/error.h"
 #include "common/geometry/ply.h"
+#include "common/object_model/feature_direction.h"
+#include "common/object_model/landmarks.h"
 #include "common/object_model/model_file.h"
 
 namespace periplus::object_model {
@@ -25,7 +27,7 @@ constexpr std::array kFormats{
     ExportFormat{"pcd", ".pcd", "the same points for PCL"},
     ExportFormat{"bt", ".bt", "occupied, free and unknown as an OctoMap"},
     ExportFormat{"ot", ".ot", "the same with colours, a ColorOcTree of OctoMap"},
-    ExportFormat{"features.csv", ".features.csv", "the visual features of each view with their descriptors, text"},
+    ExportFormat{"features.csv", ".features.csv", "the visual features of each view with their landmarks and descriptors, text"},
 };
 
 using Write = std::string (*)(const ObjectModel&, const CarvingSettings&);
@@ -74,15 +76,27 @@ std::string to_ply(const SurfaceMesh& mesh) { return encode_ply(mesh.vertices, m
 std::string export_ply(const ObjectModel& model, const CarvingSettings& settings) { return to_ply(surface_of(model, settings)); }
 
 std::string features_csv(const ObjectModel& model) {
-  std::string out = "view,u_px,v_px,size_px,angle_rad,x_m,y_m,z_m,normal_x,normal_y,normal_z,size_m,descriptor\r\n";
-  for (const auto& view : model.state().views)
-    for (const Feature& f : view->features) {
+  std::string out =
+      "view,u_px,v_px,size_px,angle_rad,x_m,y_m,z_m,normal_x,normal_y,normal_z,size_m,direction_x,direction_y,direction_z,landmark,descriptor_kind,descriptor\r\n";
+  const auto& views = model.state().views;
+  std::vector<std::vector<std::size_t>> landmark_of(views.size());
+  for (std::size_t v = 0; v < views.size(); ++v) landmark_of[v].resize(views[v]->features.size());
+  const std::vector<SeenLandmark> landmarks = merge_landmarks(views);
+  for (std::size_t l = 0; l < landmarks.size(); ++l)
+    for (const Observation& o : landmarks[l].seen) landmark_of[o.view][o.feature] = l;
+  for (std::size_t v = 0; v < views.size(); ++v)
+    for (std::size_t i = 0; i < views[v]->features.size(); ++i) {
+      const auto& view = views[v];
+      const Feature& f = view->features[i];
       out += quoted(view->view_id);
       for (const float value : {f.u, f.v, f.size, f.angle}) append_number(out += ',', value);
       for (const Eigen::Vector3d& vector : {f.p_W, f.normal_W})
         for (int n = 0; n < 3; ++n) append_number(out += ',', vector[n]);
       append_number(out += ',', f.size_m);
-      out += ',';
+      const Eigen::Vector3d direction = surface_direction(f, view->rig.camera, view->X_WC);
+      for (int axis = 0; axis < 3; ++axis) append_number(out += ',', direction[axis]);
+      append_number(out += ',', landmark_of[v][i]);
+      out += std::string(",") + to_string(f.kind) + ',';
       for (const std::uint8_t byte : f.descriptor) {
         out += "0123456789abcdef"[byte >> 4];
         out += "0123456789abcdef"[byte & 15];

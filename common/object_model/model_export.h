@@ -56,7 +56,8 @@ std::string export_bt(const ObjectModel& model);
 // The same as a full ColorOcTree (.ot): occupied leaves carry the voxels' colours.
 std::string export_ot(const ObjectModel& model);
 
-// Comma-separated values (RFC 4180), one line a feature of each view, with a line of names. Descriptors in hexadecimal.
+// Comma-separated values (RFC 4180), one line a feature of each view, with a line of names. Features of one number `landmark` are
+// observations of one spot (landmarks.h); `direction` is the orientation on the surface. Descriptors in hexadecimal.
 std::string features_csv(const ObjectModel& model);
 
 }  // namespace periplus::object_model

@@ -49,7 +49,7 @@ TEST(ModelExport, FeaturesAreOneLineEach) {
   ASSERT_NE(start, std::string::npos);
   ASSERT_EQ(std::sscanf(&csv[start], "\"view-0\",%*f,%*f,%*f,%*f,%lf", &x), 1);
   EXPECT_EQ(x, first.p_W.x());
-  EXPECT_NE(csv.find("," + std::string(256, '0') + "\r\n"), std::string::npos);
+  EXPECT_NE(csv.find(",root_sift," + std::string(256, '0') + "\r\n"), std::string::npos);
 }
 
 }  // namespace

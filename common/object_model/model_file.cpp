@@ -143,6 +143,7 @@ void put(const View& from, proto::View& to) {
     put(f.normal_W, w.mutable_normal());
     w.set_size_m(f.size_m);
     w.set_descriptor_octets(f.descriptor.data(), f.descriptor.size());
+    w.set_descriptor_kind(static_cast<std::uint32_t>(f.kind));
   }
   to.set_revision(from.result.revision);
   to.mutable_counts()->set_unknown(from.result.counts.unknown);
@@ -222,6 +223,10 @@ std::shared_ptr<const View> view(const proto::View& from) {
     f.normal_W = vector(w.normal(), "normal");
     f.size_m = finite(w.size_m(), "size_m");
     require(w.descriptor_octets().size() <= kMostDescriptor, ErrorCode::bad_size, "a feature's descriptor has at most 512 octets");
+    const auto kind = descriptor_kind(w.descriptor_kind());
+    require(kind.has_value(), ErrorCode::bad_input,
+            "a feature's descriptor is of kind " + std::to_string(w.descriptor_kind()) + ", which this program does not know: use the program that wrote it");
+    f.kind = *kind;
     f.descriptor.assign(w.descriptor_octets().begin(), w.descriptor_octets().end());
     to->features.push_back(std::move(f));
   }

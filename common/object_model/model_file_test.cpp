@@ -150,6 +150,37 @@ TEST(ModelFile, ReadsVersion1) {
   EXPECT_THROW(read_parts(m.SerializeAsString(), {}), Error);
 }
 
+// Version 2 had no kinds of descriptors at first: what says none is RootSIFT.
+TEST(ModelFile, DescriptorsKeepTheirKind) {
+  Perception p = ideal_view(Sphere{}, 0, 4, 80, 60);
+  p.features[1].kind = DescriptorKind::akaze;
+  p.features[1].descriptor.assign(61, 3);
+  ObjectModel model("ball", box_around(Sphere{}), 0.025, {});
+  model.integrate(p, {}, {});
+  const std::string file = write_model(model);
+  const auto read = [](const ObjectModel& m) { return m.state().views[0]->features; };
+  const ObjectModel back = read_model(file);
+  EXPECT_EQ(read(back)[0].kind, DescriptorKind::root_sift);
+  EXPECT_EQ(read(back)[1].kind, DescriptorKind::akaze);
+  EXPECT_EQ(read(back)[1].descriptor, p.features[1].descriptor);
+  proto::Model m;
+  ASSERT_TRUE(m.ParseFromString(file.substr(17 + 64 + 1)));
+  const auto packed = [&] {
+    const std::string payload = m.SerializeAsString();
+    return "PERIPLUS-MODEL 2\n" + sha256_hex(payload) + "\n" + payload;
+  };
+  proto::Feature& f = *m.mutable_views(0)->mutable_features(1);
+  f.clear_descriptor_kind();
+  EXPECT_EQ(read(read_model(packed()))[1].kind, DescriptorKind::root_sift);
+  f.set_descriptor_kind(4);
+  try {
+    read_model(packed());
+    FAIL() << "an unknown kind was taken";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("kind 4"), std::string::npos) << error.what();
+  }
+}
+
 TEST(ModelFile, KeepsItsHistory) {
   ObjectModel model = small_model();
   const std::string digest = model.digest();

@@ -10,6 +10,7 @@
 #include "common/core/error.h"
 #include "common/core/fault_point.h"
 #include "common/core/hash.h"
+#include "common/object_model/landmarks.h"
 #include "common/scene/mesh_solid.h"
 #include "common/scene/scene.h"
 
@@ -271,17 +272,19 @@ bool ObjectModel::is_measured(const Eigen::Vector3i& voxel, const CarvingSetting
 }
 
 std::vector<Landmark> ObjectModel::landmarks() const {
+  constexpr std::size_t kMost = 65536;
   std::vector<Landmark> out;
-  std::set<std::size_t> taken;
   const voxel::GridGeometry& g = state_.grid.geometry();
-  for (const auto& v : state_.views)
-    for (const Feature& f : v->features) {
-      const Eigen::Vector3i at = g.voxel_of(f.p_W);
-      const voxel::VoxelState s = state_.grid.state(at);
-      if (s != voxel::VoxelState::known && s != voxel::VoxelState::unknown) continue;
-      if (taken.insert(voxel_index(g, at)).second) out.push_back({f.p_W, f.normal_W, f.size_m});
-      if (out.size() == 65536) return out;
+  for (const SeenLandmark& l : merge_landmarks(state_.views)) {
+    const auto voxel = landmark_voxel(l.place, state_.grid);
+    if (!voxel) continue;
+    out.push_back(l.place);
+    if (g.voxel_of(l.place.p_W) != *voxel) {
+      const Eigen::Array3d p = (g.X_WG.inverse() * l.place.p_W).array() / g.voxel_size, least = voxel->cast<double>().array() + 0.01;
+      out.back().p_W = g.X_WG * Eigen::Vector3d(p.max(least).min(least + 0.98).matrix() * g.voxel_size);
     }
+    if (out.size() == kMost) break;
+  }
   return out;
 }
 

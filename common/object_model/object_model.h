@@ -120,7 +120,7 @@ class ObjectModel {
   // Known, and at least `known_points` depth pixels fell into the voxel itself (not only closely behind it).
   bool is_measured(const Eigen::Vector3i& voxel, const CarvingSettings& settings = {}) const;
 
-  // One feature for each voxel that is still part of the object: the first one that was seen there.
+  // The landmarks of all views (landmarks.h) that belong to a voxel of the object; one that lies beside its voxel is moved into it.
   std::vector<Landmark> landmarks() const;
 
   // SHA-256 over geometry, planes, and each view's pose and features, in the order of integration. Identifiers, stamps

@@ -9,6 +9,7 @@
 #include "common/geometry/camera.h"
 #include "common/geometry/image.h"
 #include "common/geometry/pose.h"
+#include "common/object_model/descriptor.h"
 
 namespace periplus::object_model {
 
@@ -23,11 +24,12 @@ struct DepthMap {
 
 // A visual feature on a surface.
 struct Feature {
-  float u = 0, v = 0, size = 0, angle = 0;   // [px], [px], [px], [rad]
+  float u = 0, v = 0, size = 0, angle = 0;   // [px], [px], [px], [rad]; on the surface: feature_direction.h
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal_W = Eigen::Vector3d::Zero();  // unit, towards the camera; zero where unknown
   double size_m = 0;                                    // diameter on the surface
-  std::vector<std::uint8_t> descriptor;                 // 128 bytes RootSIFT
+  DescriptorKind kind = DescriptorKind::root_sift;
+  std::vector<std::uint8_t> descriptor;                 // descriptor_octets(kind), or none
 };
 
 struct Perception {

@@ -85,7 +85,12 @@ object_model::Feature from_wire(const msg::Feature& m) {
           "a feature's normal must have length 1, or be zero where it is unknown");
   f.size_m = require_finite(m.size_m(), "a feature's size_m");
   require(f.size >= 0 && f.size_m >= 0, ErrorCode::bad_input, "a feature's size must not be negative");
+  const auto kind = object_model::descriptor_kind(m.descriptor_kind());
+  require(kind.has_value(), ErrorCode::bad_input, "a feature's descriptor_kind is unknown");
+  f.kind = *kind;
   f.descriptor = m.descriptor();
+  require(f.descriptor.empty() || f.descriptor.size() == object_model::descriptor_octets(f.kind), ErrorCode::bad_size,
+          std::string("a descriptor of kind ") + object_model::to_string(f.kind) + " has another number of octets");
   return f;
 }
 
@@ -99,6 +104,7 @@ msg::Feature to_wire(const object_model::Feature& f) {
   m.normal(wire::to_wire(f.normal_W));
   m.size_m(static_cast<float>(f.size_m));
   m.descriptor(f.descriptor);
+  m.descriptor_kind(static_cast<std::uint8_t>(f.kind));
   return m;
 }
 

@@ -18,7 +18,8 @@ namespace periplus::wire {
 
 // Throws Error(bad_input, bad_size, not_finite). Depth in [0, 100] m, least depth not behind depth, shapes those of the
 // cameras, 1 or 2 depth maps, colour rgb8 of the left camera's size, disparity of that size or none; where it
-// is flagged as filled there is a disparity, and the left eye's depth and least depth are 0: guesses do not carve.
+// is flagged as filled there is a disparity, and the left eye's depth and least depth are 0: guesses do not carve. Descriptors
+// have the octets of a known kind, or none.
 object_model::Perception from_wire(const msg::Perception& m);
 msg::Perception to_wire(const object_model::Perception& p);
 

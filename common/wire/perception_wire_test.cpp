@@ -44,7 +44,9 @@ object_model::Perception sample_perception() {
   f.normal_W = {0, 0.6, 0.8};
   f.size_m = 0.25;
   f.descriptor.assign(128, 7);
-  p.features = {f};
+  p.features = {f, f};
+  p.features[1].kind = object_model::DescriptorKind::orb;
+  p.features[1].descriptor.assign(32, 9);
   p.silhouette_valid_share = 0.9;
   return p;
 }
@@ -75,7 +77,10 @@ TEST(PerceptionWire, RoundTrip) {
   EXPECT_EQ(q.color.channels, 3);
   EXPECT_EQ(q.disparity.data, p.disparity.data);
   EXPECT_EQ(q.disparity_filled.data, p.disparity_filled.data);
-  ASSERT_EQ(q.features.size(), 1u);
+  ASSERT_EQ(q.features.size(), 2u);
+  EXPECT_EQ(q.features[0].kind, object_model::DescriptorKind::root_sift);
+  EXPECT_EQ(q.features[1].kind, object_model::DescriptorKind::orb);
+  EXPECT_EQ(q.features[1].descriptor, p.features[1].descriptor);
   EXPECT_EQ(q.features[0].descriptor, p.features[0].descriptor);
   EXPECT_EQ(q.features[0].p_W, p.features[0].p_W);
   EXPECT_EQ(q.features[0].size_m, 0.25);
@@ -118,6 +123,10 @@ TEST(PerceptionWire, RefusesWhatDoesNotHold) {
   EXPECT_EQ(spoilt([](auto& m) { m.features()[0].normal().z(3); }), ErrorCode::bad_input);
   EXPECT_EQ(spoilt([](auto& m) { m.features()[0].u(std::numeric_limits<float>::quiet_NaN()); }), ErrorCode::not_finite);
   EXPECT_EQ(spoilt([](auto& m) { m.features()[0].size_m(-1); }), ErrorCode::bad_input);
+  EXPECT_EQ(spoilt([](auto& m) { m.features()[0].descriptor_kind(4); }), ErrorCode::bad_input);
+  EXPECT_EQ(spoilt([](auto& m) { m.features()[0].descriptor_kind(3); }), ErrorCode::bad_size);
+  EXPECT_EQ(spoilt([](auto& m) { m.features()[1].descriptor().pop_back(); }), ErrorCode::bad_size);
+  EXPECT_EQ(spoilt([](auto& m) { m.features()[1].descriptor().clear(); }), ErrorCode::ok);
   EXPECT_EQ(spoilt([](auto& m) { m.silhouette_valid_share(1.5); }), ErrorCode::bad_input);
   EXPECT_EQ(spoilt([](auto& m) { m.rig().baseline(0); }), ErrorCode::bad_input);
 }

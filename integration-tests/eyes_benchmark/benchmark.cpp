@@ -5,6 +5,7 @@
 #include <cmath>
 #include <ctime>
 #include <map>
+#include <memory>
 #include <optional>
 
 #include "common/core/error.h"
@@ -15,6 +16,7 @@
 #include "integration-tests/eyes_benchmark/plain_matcher.h"
 #include "integration-tests/eyes_benchmark/real_pairs.h"
 #include "services/vision_server/disparity_filter.h"
+#include "services/vision_server/features.h"
 #include "services/vision_server/match_range.h"
 
 namespace periplus::eyes_benchmark {
@@ -58,6 +60,7 @@ class Benchmark {
     say_(name + ": visible surface");
     visible_ = visible_surface(stage, o_.surface_samples, o_.sensor.seed);
     run_paint(stage, Paint::rich);
+    if (o_.features) run_features(stage);
     if (name == "bunny") {
       run_paint(stage, Paint::weak);
       run_paint(stage, Paint::none);
@@ -67,7 +70,7 @@ class Benchmark {
 
   void run_paint(const Stage& stage, Paint paint) {
     say_(stage.object + ", texture " + to_string(paint));
-    const std::vector<Shot> shots = take_pictures(stage, file_of(stage.object), o_.longest_side, paint, o_.sensor);
+    const std::vector<Shot> shots = take_pictures(stage, file_of(stage.object), o_.longest_side, paint, o_.sensor, six_views(stage));
     std::vector<Seen> seen;
     result_.stereo.push_back(look(stage, paint, shots, seen));
     const std::vector<object_model::Perception> stereo = given(seen);
@@ -224,6 +227,64 @@ class Benchmark {
     count_voxels(model.grid(), it->second, row.quality);
     draw_surface(row, surface, shots.front().left);
     result_.models.push_back(std::move(row));
+  }
+
+  void run_features(const Stage& stage) {
+    say_(stage.object + ", features");
+    std::vector<double> degrees{0};
+    degrees.insert(degrees.end(), o_.turns.begin(), o_.turns.end());
+    const std::vector<Shot> shots = take_pictures(stage, file_of(stage.object), o_.longest_side, Paint::rich, o_.sensor, turned_views(stage, degrees));
+    std::vector<object_model::Perception> seen;
+    for (const Shot& shot : shots) {
+      vision::PerceiveReport report;
+      seen.push_back(vision::perceive(shot.pair, stage.box, {&stage.scene, stage.solids.get()}, o_.perceive, now, report));
+    }
+    for (const auto& [detector, kind] : {std::pair{"sift", vision::DescriptorKind::root_sift}, std::pair{"akaze", vision::DescriptorKind::akaze}, std::pair{"orb", vision::DescriptorKind::orb}})
+      for (const auto& [selection, method] : {std::pair{"descriptor_first", vision::FeatureSelection::descriptor_first},
+                                              std::pair{"geometry_first", vision::FeatureSelection::geometry_first},
+                                              std::pair{"left_alone", vision::FeatureSelection::left_alone}}) {
+        vision::FeatureSettings settings = o_.perceive.features;
+        settings.detector.kind = kind;
+        settings.selection.method = method;
+        FeatureRow row;
+        row.object = stage.object;
+        row.detector = detector;
+        row.selection = selection;
+        row.chosen = kind == o_.perceive.features.detector.kind && method == o_.perceive.features.selection.method;
+        measure_features(stage, shots, degrees, seen, settings, row);
+        result_.features.push_back(std::move(row));
+      }
+  }
+
+  void measure_features(const Stage& stage, const std::vector<Shot>& shots, const std::vector<double>& degrees, const std::vector<object_model::Perception>& seen,
+                        const vision::FeatureSettings& settings, FeatureRow& row) const {
+    std::vector<std::shared_ptr<const object_model::View>> views;
+    std::vector<std::vector<Eigen::Vector3d>> truth;
+    std::vector<double> seconds, errors;
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+      const vision::RectifiedPair& pair = shots[i].pair;
+      object_model::View view;
+      view.view_id = "turned-" + std::to_string(i);
+      view.rig = pair.rig;
+      view.X_WC = pair.X_WC;
+      const double begin = now();
+      view.features = vision::find_features(pair.left_grey, pair.right_grey, pair.rig, seen[i].depth, {seen[i].disparity, seen[i].disparity_filled}, stage.box,
+                                            stage.solids.get(), settings);
+      seconds.push_back(now() - begin);
+      truth.push_back(true_places(view.features, pair.rig.camera, pair.X_WC, *stage.tree));
+      for (std::size_t f = 0; f < view.features.size(); ++f)
+        if (truth.back()[f].allFinite()) errors.push_back((view.features[f].p_W - truth.back()[f]).norm());
+      row.features += static_cast<double>(view.features.size()) / static_cast<double>(shots.size());
+      views.push_back(std::make_shared<object_model::View>(std::move(view)));
+    }
+    for (std::size_t i = 1; i < views.size(); ++i) {
+      const auto &a = views[0]->features, &b = views[i]->features;
+      row.turns.push_back(match_quality(a, truth[0], b, truth[i], object_model::match_views(a, b)));
+      row.turns.back().degrees = degrees[i];
+    }
+    row.landmarks = landmark_quality(object_model::merge_landmarks(views), truth);
+    row.place = spread(std::move(errors));
+    row.seconds = median(std::move(seconds));
   }
 
   void run_real() {

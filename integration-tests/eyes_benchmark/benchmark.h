@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/object_model/carving.h"
+#include "integration-tests/eyes_benchmark/feature_measures.h"
 #include "integration-tests/eyes_benchmark/model_measures.h"
 #include "integration-tests/eyes_benchmark/stage.h"
 #include "integration-tests/eyes_benchmark/stereo_measures.h"
@@ -26,6 +27,8 @@ struct BenchmarkOptions {
   std::size_t touching_samples = 800000;    // for the voxels that the surface passes through
   double wrong_share = 0.2;                 // of the matched pixels, replaced by any disparity of the range
   double wrong_pose_m = 0.02;               // of one view, along (1, 1, 1) of its camera's frame
+  std::vector<double> turns = {10, 20, 30, 60};  // of views whose features are matched with those of a first one [degrees]
+  bool features = true;                     // places, matches and landmarks by kind of feature
   bool real = true;                         // Aloe and Motorcycle
   std::string pictures;                     // folder for pictures; empty: none
 };
@@ -53,6 +56,17 @@ inline constexpr const char* kTrueDepth = "true depth";
 inline constexpr const char* kWrongDisparities = "stereo, wrong disparities";
 inline constexpr const char* kWrongPose = "stereo, one wrong pose";
 
+// Rich texture; the first view and those turned by BenchmarkOptions::turns.
+struct FeatureRow {
+  std::string object, detector, selection;  // names as in the vision server's configuration
+  bool chosen = false;                      // what the configuration has
+  double features = 0;                      // mean of a view
+  Spread place;                             // distance from the true place along the ray [m]
+  std::vector<MatchQuality> turns;
+  LandmarkQuality landmarks;                // of all these views
+  double seconds = 0;                       // to find the features of a pair, median
+};
+
 struct RealRow {
   std::string name, source;
   int first_column = 0;                     // numDisparities: further left plain matching finds nothing
@@ -65,6 +79,7 @@ struct RealRow {
 struct BenchmarkResult {
   std::vector<StereoRow> stereo;
   std::vector<ModelRow> models;
+  std::vector<FeatureRow> features;
   std::vector<RealRow> real;
   double seconds = 0;
 };

@@ -59,9 +59,21 @@ void real_pair(const RealRow* row, const std::string& prefix, double coverage, d
                  row ? kPercent * row->plain_where_both.bad_2 : 0);
 }
 
+void features_of(const FeatureRow* row, const std::string& prefix, Limits& limits) {
+  constexpr double kTurn = 20;
+  const MatchQuality* turned = nullptr;
+  if (row)
+    for (const MatchQuality& q : row->turns)
+      if (q.degrees == kTurn) turned = &q;
+  limits.at_most(row, prefix + "place", "mm", [](const FeatureRow& r) { return kMillimetres * r.place.median; }, 2);
+  limits.at_least(turned, prefix + "turned_20_right", "%", [](const MatchQuality& q) { return kPercent * q.precision(); }, 95);
+  limits.at_least(turned, prefix + "turned_20_found", "%", [](const MatchQuality& q) { return kPercent * q.recall(); }, 40);
+  limits.at_least(row, prefix + "pure_landmarks", "%", [](const FeatureRow& r) { return kPercent * r.landmarks.purity(); }, 95);
+}
+
 }  // namespace
 
-std::vector<Check> check_limits(const BenchmarkResult& result, const std::vector<std::string>& objects, bool real) {
+std::vector<Check> check_limits(const BenchmarkResult& result, const std::vector<std::string>& objects, bool real, bool features) {
   const auto seen = [&](const std::string& object, const char* paint) -> const StereoRow* {
     const auto it = std::find_if(result.stereo.begin(), result.stereo.end(), [&](const StereoRow& r) { return r.object == object && r.paint == paint; });
     return it == result.stereo.end() ? nullptr : &*it;
@@ -77,6 +89,10 @@ std::vector<Check> check_limits(const BenchmarkResult& result, const std::vector
   for (const std::string& object : objects) {
     stereo(seen(object, "rich"), "stereo." + object + ".", limits);
     carved(model(object, "rich", 0.01), "carved." + object + ".", object == "mug" ? 96.5 : 98.5, limits);
+    if (features) {
+      const auto it = std::find_if(result.features.begin(), result.features.end(), [&](const FeatureRow& r) { return r.object == object && r.chosen; });
+      features_of(it == result.features.end() ? nullptr : &*it, "features." + object + ".", limits);
+    }
     if (object == "bunny") {
       const ModelRow* fine = model(object, "rich", 0.005);
       limits.at_least(fine, "carved_5mm.bunny.covered", "%", [](const ModelRow& r) { return kPercent * r.quality.covered_1_5; }, 98);

@@ -36,6 +36,17 @@ BenchmarkResult good() {
     m.quality.inside = m.quality.touching = 1000;
     m.quality.touching_emptied = 3;
     r.models.push_back(m);
+    FeatureRow other;
+    other.object = object;
+    other.detector = "orb";
+    other.selection = "left_alone";
+    r.features.push_back(other);
+    FeatureRow f = other;
+    f.chosen = true;
+    f.place.median = 0.0019;
+    f.turns = {{10, 100, 0, 0}, {20, 100, 96, 239}};
+    f.landmarks = {100, 50, 48, 120};
+    r.features.push_back(f);
   }
   ModelRow fine = r.models[0];
   fine.voxel_m = 0.005;
@@ -59,7 +70,7 @@ BenchmarkResult good() {
 
 std::string failing(const BenchmarkResult& r) {
   std::string out;
-  for (const Check& c : check_limits(r, {"bunny", "mug"}, true))
+  for (const Check& c : check_limits(r, {"bunny", "mug"}, true, true))
     if (!c.ok) out += c.name + " ";
   return out;
 }
@@ -88,6 +99,11 @@ TEST(Checks, EachFailsJustBeyond) {
   EXPECT_EQ(with([](auto& r) { r.models[2].quality.covered_1_5 = 0.979; }), "carved_5mm.bunny.covered ");
   EXPECT_EQ(with([](auto& r) { r.models[2].quality.error.mean = 0.00131; }), "carved_5mm.bunny.error_mean ");
   EXPECT_EQ(with([](auto& r) { r.models[3].quality.inside_emptied = 6; }), "carved.plain_mug.inside_emptied ");
+  EXPECT_EQ(with([](auto& r) { r.features[1].place.median = 0.0021; }), "features.bunny.place ");
+  EXPECT_EQ(with([](auto& r) { r.features[3].turns[1].matches = 102; }), "features.mug.turned_20_right ");
+  EXPECT_EQ(with([](auto& r) { r.features[3].turns[1].possible = 241; }), "features.mug.turned_20_found ");
+  EXPECT_EQ(with([](auto& r) { r.features[3].turns.pop_back(); }), "features.mug.turned_20_right features.mug.turned_20_found ");
+  EXPECT_EQ(with([](auto& r) { r.features[1].landmarks.pure = 47; }), "features.bunny.pure_landmarks ");
   EXPECT_EQ(with([](auto& r) { r.real[0].filled.covered = 0.949; }), "real.Aloe.filled_covered ");
   EXPECT_EQ(with([](auto& r) { r.real[0].filled.bad_2 = 0.141; }), "real.Aloe.filled_bad_2 ");
   EXPECT_EQ(with([](auto& r) { r.real[1].filled.covered = 0.979; }), "real.Motorcycle.filled_covered ");
@@ -98,7 +114,7 @@ TEST(Checks, EachFailsJustBeyond) {
 TEST(Checks, TimeIsShownAndDecidesNothing) {
   BenchmarkResult r = good();
   r.stereo[0].seconds = 0.4;
-  for (const Check& c : check_limits(r, {"bunny", "mug"}, true)) {
+  for (const Check& c : check_limits(r, {"bunny", "mug"}, true, true)) {
     EXPECT_EQ(c.judged, !c.name.ends_with(".pair"));
     if (c.name == "stereo.bunny.pair") {
       EXPECT_FALSE(c.ok);
@@ -110,7 +126,7 @@ TEST(Checks, MissingRowsAreNotOk) {
   BenchmarkResult r = good();
   r.models.pop_back();
   EXPECT_EQ(failing(r), "carved.plain_mug.inside_emptied ");
-  EXPECT_TRUE(to_json(check_limits(r, {"bunny", "mug"}, false)).back().at("value").is_null());
+  EXPECT_TRUE(to_json(check_limits(r, {"bunny", "mug"}, false, true)).back().at("value").is_null());
   r.real.clear();
   EXPECT_NE(failing(r).find("real.Aloe.filled_covered"), std::string::npos);
 }
@@ -119,12 +135,14 @@ TEST(Report, HoldsEveryRow) {
   BenchmarkResult r = good();
   r.real[0].ours = {1000, 0.8, 0.05, 0.03};
   r.real[0].plain = {1000, 0.7, 0.06, 0.04};
-  const auto checks = check_limits(r, {"bunny", "mug"}, true);
+  const auto checks = check_limits(r, {"bunny", "mug"}, true, true);
   const auto json = to_json(r, {}, checks, nbv_benchmark::provenance("--check"));
   EXPECT_EQ(json.at("stereo").size(), 2u);
   EXPECT_EQ(json.at("carved").size(), 4u);
   EXPECT_EQ(json.at("real").at(0).at("ours").at("covered"), 0.8);
   EXPECT_EQ(json.at("checks").size(), checks.size());
+  EXPECT_EQ(json.at("features").size(), 4u);
+  EXPECT_EQ(json.at("features").at(1).at("turns").at(1).at("right"), 96);
   EXPECT_EQ(json.at("made").at("command"), "--check");
   EXPECT_EQ(json.at("parameters").at("seed"), 1);
   EXPECT_EQ(json.at("real").at(1).at("filled").at("covered"), 0.981);
@@ -132,6 +150,7 @@ TEST(Report, HoldsEveryRow) {
   EXPECT_NE(csv.find("stereo,bunny,rich,,ours,valid,0.911\n"), std::string::npos);
   EXPECT_NE(csv.find("carved,bunny,rich,0.005,\"stereo\",error_m.mean,0.0012\n"), std::string::npos);
   EXPECT_NE(csv.find("real,Aloe,,,plain,bad_2,0.04\n"), std::string::npos);
+  EXPECT_NE(csv.find("features,mug,rich,,orb left_alone,turned_20.matches,100\n"), std::string::npos);
   const std::string page = to_markdown(r, {}, checks, nbv_benchmark::provenance(""), "pictures/");
   EXPECT_NE(page.find("| mug | own | 10 | stereo | 96.6 / 0.0 | 1.90 / 4.90 | 4 of 10000 | 0.30 |"), std::string::npos) << page;
   EXPECT_NE(page.find("pictures/bunny_rich_5mm_stereo_error.png"), std::string::npos);

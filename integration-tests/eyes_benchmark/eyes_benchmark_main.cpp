@@ -24,7 +24,7 @@ struct Arguments {
   std::vector<std::string> objects, vision_set;
   std::uint64_t seed = 1;
   int threads = 2;
-  bool check = false, no_real = false;
+  bool check = false, no_real = false, no_features = false;
 };
 
 BenchmarkOptions options_of(const Arguments& a) {
@@ -44,6 +44,7 @@ BenchmarkOptions options_of(const Arguments& a) {
   o.sensor.seed = a.seed;
   o.threads = a.threads;
   o.real = !a.no_real;
+  o.features = !a.no_features;
   o.pictures = a.output + "/pictures";
   return o;
 }
@@ -59,7 +60,7 @@ int run(const Arguments& a, const std::string& command) {
   const BenchmarkOptions o = options_of(a);
   fs::create_directories(o.pictures);
   const BenchmarkResult r = run_benchmark(o, [](const std::string& s) { std::fprintf(stderr, "%s\n", s.c_str()); });
-  const std::vector<Check> checks = check_limits(r, o.objects, o.real);
+  const std::vector<Check> checks = check_limits(r, o.objects, o.real, o.features);
   const nbv_benchmark::Provenance made = nbv_benchmark::provenance(command);
   const fs::path folder = a.output;
   write(folder / "benchmark.json", to_json(r, o, checks, made).dump(1) + "\n");
@@ -82,6 +83,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", a.seed, "of noise and samples");
   app.add_option("--threads", a.threads, "of OpenCV; results do not depend on it");
   app.add_flag("--no-real", a.no_real, "without Aloe and Motorcycle");
+  app.add_flag("--no-features", a.no_features, "without places, matches and landmarks by kind of feature");
   app.add_flag("--check", a.check, "exit status 1 if a limit is missed");
   CLI11_PARSE(app, argc, argv);
   std::string command;

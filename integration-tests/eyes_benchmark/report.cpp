@@ -91,6 +91,38 @@ std::string model_table(const BenchmarkResult& r, const BenchmarkOptions& o, con
   return out;
 }
 
+json of(const MatchQuality& q) {
+  return {{"degrees", q.degrees}, {"matches", q.matches}, {"right", q.right}, {"possible", q.possible}, {"precision", q.precision()}, {"recall", q.recall()}};
+}
+
+json of(const LandmarkQuality& q) {
+  return {{"landmarks", q.landmarks}, {"joined", q.joined}, {"pure", q.pure}, {"observations", q.observations}, {"purity", q.purity()}};
+}
+
+std::string feature_table(const BenchmarkResult& r) {
+  if (r.features.empty()) return "";
+  std::string out = fmt::format(
+      "## Features\n\nRich texture; a view and those turned from it about the object. Place: distance to the true place along the ray. Turned: matches by Algorithm 6, of "
+      "these right (true places within {:.0f} mm), and right ones of all that the two views share. Landmarks: joined from two views or more, and of these with "
+      "observations of one spot only. Selection: descriptor_first is Algorithm 5, geometry_first Algorithm 4. Bold: as configured.\n\n"
+      "| object | features | selection | a view | place median / p95, mm |",
+      1000 * kSameSpot);
+  std::string rule = "|---|---|---|---|---|";
+  for (const MatchQuality& q : r.features.front().turns) {
+    out += fmt::format(" {:g}°: matches, right, found, % |", q.degrees);
+    rule += "---|";
+  }
+  out += " joined landmarks, pure % | ms a pair |\n" + rule + "---|---|\n";
+  for (const FeatureRow& row : r.features) {
+    const char* mark = row.chosen ? "**" : "";
+    out += fmt::format("| {} | {}{}{} | {}{}{} | {:.0f} | {:.2f} / {:.2f} |", row.object, mark, row.detector, mark, mark, row.selection, mark, row.features, 1000 * row.place.median,
+                       1000 * row.place.p95);
+    for (const MatchQuality& q : row.turns) out += fmt::format(" {}, {:.1f}, {:.1f} |", q.matches, 100 * q.precision(), 100 * q.recall());
+    out += fmt::format(" {}, {:.1f} | {:.0f} |\n", row.landmarks.joined, 100 * row.landmarks.purity(), 1000 * row.seconds);
+  }
+  return out;
+}
+
 std::string real_table(const BenchmarkResult& r, const std::string& pictures) {
   if (r.real.empty()) return "";
   std::string out =
@@ -142,6 +174,7 @@ json parameters(const BenchmarkOptions& o) {
           {"touching_samples", o.touching_samples},
           {"wrong_share", o.wrong_share},
           {"wrong_pose_m", o.wrong_pose_m},
+          {"turns_deg", o.turns},
           {"matching",
            {{"block_px", m.block},
             {"penalty_1", m.penalty_1},
@@ -174,6 +207,19 @@ json to_json(const BenchmarkResult& r, const BenchmarkOptions& o, const std::vec
   }
   for (const ModelRow& row : r.models)
     j["carved"].push_back({{"object", row.object}, {"texture", row.paint}, {"voxel_m", row.voxel_m}, {"source", row.source}, {"quality", of(row.quality)}, {"seconds", row.seconds}});
+  for (const FeatureRow& row : r.features) {
+    json turns = json::array();
+    for (const MatchQuality& q : row.turns) turns.push_back(of(q));
+    j["features"].push_back({{"object", row.object},
+                             {"detector", row.detector},
+                             {"selection", row.selection},
+                             {"chosen", row.chosen},
+                             {"features", row.features},
+                             {"place_m", of(row.place)},
+                             {"turns", turns},
+                             {"landmarks", of(row.landmarks)},
+                             {"seconds", row.seconds}});
+  }
   for (const RealRow& row : r.real)
     j["real"].push_back({{"name", row.name},
                          {"package", row.source},
@@ -200,6 +246,11 @@ std::string to_csv(const BenchmarkResult& r) {
   }
   for (const ModelRow& row : r.models)
     lines(out, fmt::format("carved,{},{},{},\"{}\",", row.object, row.paint, row.voxel_m, row.source), of(row.quality));
+  for (const FeatureRow& row : r.features) {
+    const std::string head = fmt::format("features,{},rich,,{} {},", row.object, row.detector, row.selection);
+    lines(out, head, {{"features", row.features}, {"place_m", of(row.place)}, {"landmarks", of(row.landmarks)}, {"seconds", row.seconds}});
+    for (const MatchQuality& q : row.turns) lines(out, head, of(q), fmt::format("turned_{:g}", q.degrees));
+  }
   for (const RealRow& row : r.real) {
     lines(out, "real," + row.name + ",,,ours,", of(row.ours));
     lines(out, "real," + row.name + ",,,plain,", of(row.plain));
@@ -220,7 +271,7 @@ std::string to_markdown(const BenchmarkResult& r, const BenchmarkOptions& o, con
              "Made {} at {} ({}) on {}; {}, {}; `{}`; {:.0f} s.\n\n",
              rig.camera.width, rig.camera.height, rig.camera.fx, 1000 * rig.baseline, o.sensor.noise, o.sensor.right_gain, o.sensor.right_offset, kDistance, o.longest_side,
              o.sensor.seed, o.threads, p.date, p.commit, p.version, p.machine, p.compiler, p.libraries, p.command, r.seconds) +
-         stereo_table(r, pictures) + "\n" + model_table(r, o, pictures) + "\n" + real_table(r, pictures) + "\n" + check_table(checks);
+         stereo_table(r, pictures) + "\n" + model_table(r, o, pictures) + "\n" + feature_table(r) + "\n" + real_table(r, pictures) + "\n" + check_table(checks);
 }
 
 }  // namespace periplus::eyes_benchmark

@@ -106,6 +106,12 @@ std::vector<Pose> six_views(const Stage& stage) {
   return poses;
 }
 
+std::vector<Pose> turned_views(const Stage& stage, const std::vector<double>& degrees) {
+  std::vector<Pose> poses;
+  for (const double d : degrees) poses.push_back(left_eye_at(stage.middle, (20 + d) * kPi / 180, 1.25, robot_eyes().baseline));
+  return poses;
+}
+
 EyeTruth true_eye(const Stage& stage, const Pinhole& camera, const Pose& X_WC) {
   EyeTruth t{X_WC, stage.with_table.render(X_WC, camera, kBackground), ImageU8(camera.width, camera.height)};
   const ImageF alone = stage.alone.render(X_WC, camera, 0);
@@ -113,7 +119,8 @@ EyeTruth true_eye(const Stage& stage, const Pinhole& camera, const Pose& X_WC) {
   return t;
 }
 
-std::vector<Shot> take_pictures(const Stage& stage, const std::string& file, double longest_side, Paint paint, const SensorSettings& sensor) {
+std::vector<Shot> take_pictures(const Stage& stage, const std::string& file, double longest_side, Paint paint, const SensorSettings& sensor,
+                                const std::vector<Pose>& poses) {
   scene::Truth truth = truth_of(file, longest_side);
   truth.texture = paint == Paint::own ? file.substr(0, file.rfind('.')) + ".png" : "noise:5";
   render::TrueObject object = render::load_true_object(truth);
@@ -124,7 +131,7 @@ std::vector<Shot> take_pictures(const Stage& stage, const std::string& file, dou
   render::Renderer renderer(stage.scene, {object}, options);
   const StereoRig rig = robot_eyes();
   std::vector<Shot> shots;
-  for (const Pose& X_WC : six_views(stage)) {
+  for (const Pose& X_WC : poses) {
     Shot shot;
     const Pose X_WR = X_WC * Eigen::Translation3d(rig.baseline, 0, 0);
     shot.pair.rig = rig;

@@ -51,6 +51,9 @@ Stage make_stage(const std::string& object, mesh::TriangleMesh mesh_W);
 // Every 60 degrees, at heights of 1.25, 1.05 and 1.4 m in turn.
 std::vector<Pose> six_views(const Stage& stage);
 
+// From the place of the first of six_views(), turned about the vertical through the object's middle by each of `degrees`.
+std::vector<Pose> turned_views(const Stage& stage, const std::vector<double>& degrees);
+
 // One eye's truth. `object` is 255 where the object is seen.
 struct EyeTruth {
   Pose X_WC = Pose::Identity();
@@ -69,8 +72,9 @@ struct SensorSettings {
   std::uint64_t seed = 1;
 };
 
-// `file` and `longest_side` as the stage was made with. Throws Error(sim_render_failed) where nothing can be drawn.
-std::vector<Shot> take_pictures(const Stage& stage, const std::string& file, double longest_side, Paint paint, const SensorSettings& sensor);
+// `file` and `longest_side` as the stage was made with; `poses` of left eyes. Throws Error(sim_render_failed) where nothing can be drawn.
+std::vector<Shot> take_pictures(const Stage& stage, const std::string& file, double longest_side, Paint paint, const SensorSettings& sensor,
+                                const std::vector<Pose>& poses);
 
 // Points of the surface above the table that the left eye sees, unoccluded, from at least one of 192 places around: 48 directions
 // at heights of 1, 1.13, 1.26 and 1.4 m. Of `samples` area-uniform ones.

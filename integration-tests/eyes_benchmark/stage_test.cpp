@@ -39,6 +39,19 @@ TEST(Stage, SixViewsLookAtTheMiddleFromSixSides) {
   }
 }
 
+TEST(Stage, TurnedViewsStandOnACircle) {
+  const Stage s = ball_stage();
+  const auto views = turned_views(s, {0, 20, 60});
+  ASSERT_EQ(views.size(), 3u);
+  EXPECT_TRUE(views[0].isApprox(six_views(s)[0], 1e-12));
+  for (const double degrees : {20, 60}) {
+    const Pose& X = views[degrees == 20 ? 1 : 2];
+    const Eigen::Vector3d from = views[0].translation() - s.middle, to = X.translation() - s.middle;
+    EXPECT_NEAR(to.z(), from.z(), 1e-12);
+    EXPECT_NEAR(std::remainder(std::atan2(to.y(), to.x()) - std::atan2(from.y(), from.x()) - degrees * M_PI / 180, 2 * M_PI), 0, 1e-9);
+  }
+}
+
 // The middle of the picture shows the ball's nearest point; its outline is the tangent cone's.
 TEST(Stage, TrueDepthAndMaskOfABall) {
   const Stage s = ball_stage();

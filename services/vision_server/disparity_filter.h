@@ -1,6 +1,6 @@
 // Filling of a disparity map by comparison of image blocks: thesis 4.2.1.3, Algorithm 2. What is filled is a guess, wrong
-// three times as often at edges: it serves pictures and the choice of pixels over which object_valid_share() counts
-// (box_silhouette.h), never measuring or carving.
+// three times as often at edges: it serves pictures, the choice of pixels over which object_valid_share() counts
+// (box_silhouette.h) and the search for a feature's counterpart in the right eye (features.h), never measuring or carving.
 #pragma once
 
 #include "common/geometry/image.h"

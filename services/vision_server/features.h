@@ -1,35 +1,35 @@
-// Visual features on the object's surface (thesis 4.2.2.1): SIFT (Lowe 2004) with RootSIFT descriptors (Arandjelovic and
-// Zisserman 2012), each with its place, normal and size on the surface.
+// Visual features on the object's surface (thesis 4.2.2.1), each with its place, normal and size there.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "common/geometry/camera.h"
 #include "common/geometry/image.h"
 #include "common/object_model/perception.h"
 #include "common/scene/scene.h"
+#include "services/vision_server/disparity_filter.h"
+#include "services/vision_server/feature_detector.h"
+#include "services/vision_server/feature_selection.h"
 
 namespace periplus::vision {
 
 struct FeatureSettings {
-  double contrast = 0.02;      // SIFT's contrast threshold
-  double edge = 12;            // SIFT's edge threshold
+  DetectorSettings detector;
+  SelectionSettings selection;
   int most = 600;              // kept features
   int cell_px = 32;            // they are spread: the strongest of each cell in turn
-  double size_min_px = 2;      // s_min, s_max of thesis Algorithms 4 and 5
-  double size_max_px = 60;
   double grow_box_m = 0.03;    // features this far outside the box still count as the object's
-  double stereo_px = 1.5;      // the right eye must show a feature of like scale this near to where the disparity puts it
-  double scale_ratio = 1.5;    // like scale; 0 switches the check in the right image off
+  bool on_filled = true;       // where the disparity is a guess too, if the right eye shows the feature there: placed by the two, not by the guess
   void check() const;          // throws Error(bad_input)
 };
 
-// Features of the rectified grey left image whose pixel has depth within the box and on no solid of `known` (may be
-// nullptr); with `right` not empty, only those that
-// the right image confirms: same line, disparity and scale (thesis Algorithm 5). Sorted by (v, u, size, angle).
-// Descriptors: 128 bytes, 512 times RootSIFT, clamped. Deterministic.
+// Features of the rectified grey left image that lie on the object: within the box and on no solid of `known` (may be nullptr), by
+// the left eye's depth (depth[0]), or by a disparity of `filled` (may be empty) that is a guess. Of these, those that the selection
+// keeps by what the right image shows (feature_selection.h); the right eye's depth, where there is one, says where the object is in it.
+// Sorted by (v, u, size, angle). Deterministic, whatever cv::setNumThreads says.
 std::vector<object_model::Feature> find_features(const ImageU8& left, const ImageU8& right, const StereoRig& rig,
-                                                 const object_model::DepthMap& depth,
+                                                 std::span<const object_model::DepthMap> depth, const FilledDisparity& filled,
                                                  const object_model::ObjectBox& box, const scene::CollisionWorld* known,
                                                  const FeatureSettings& settings);
 

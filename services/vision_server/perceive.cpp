@@ -103,7 +103,7 @@ object_model::Perception perceive(const RectifiedPair& pair, const object_model:
           object_valid_share(disparity.left, filled.disparity, pair.rig, pair.X_WC, box, surroundings.solids))
     out.silhouette_valid_share = std::min(out.silhouette_valid_share, *share);
   step("filter");
-  out.features = find_features(pair.left_grey, pair.right_grey, pair.rig, out.depth.front(), box, surroundings.solids,
+  out.features = find_features(pair.left_grey, pair.right_grey, pair.rig, out.depth, filled, box, surroundings.solids,
                                settings.features);
   step("features");
   out.disparity = std::move(filled.disparity);

@@ -1,6 +1,10 @@
 #include "services/vision_server/settings.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace periplus::vision {
 
@@ -10,6 +14,38 @@ void read_seconds(const config::Node& node, const char* key, std::chrono::millis
   double seconds = static_cast<double>(value.count()) / 1000;
   node.read(key, seconds, {.minimum = 0.001, .maximum = 600});
   value = std::chrono::milliseconds(std::lround(seconds * 1000));
+}
+
+template <class T>
+void choose(const config::Node& node, const char* key, T& value, const std::vector<std::pair<std::string, T>>& choices) {
+  std::string name;
+  std::vector<std::string> names;
+  for (const auto& [known, meaning] : choices) names.push_back(known);
+  if (node.read_choice(key, name, names)) value = std::find_if(choices.begin(), choices.end(), [&](const auto& c) { return c.first == name; })->second;
+}
+
+void read_features(const config::Node& node, FeatureSettings& f) {
+  choose<DescriptorKind>(node, "detector", f.detector.kind,
+                         {{"sift", DescriptorKind::root_sift}, {"akaze", DescriptorKind::akaze}, {"orb", DescriptorKind::orb}, {"surf", DescriptorKind::surf}});
+  node.read("contrast", f.detector.contrast);
+  node.read("edge", f.detector.edge);
+  node.read("akaze_response", f.detector.akaze_response);
+  node.read("orb_fast", f.detector.orb_fast);
+  node.read("surf_hessian", f.detector.surf_hessian);
+  choose<FeatureSelection>(node, "selection", f.selection.method,
+                           {{"descriptor_first", FeatureSelection::descriptor_first}, {"geometry_first", FeatureSelection::geometry_first}, {"left_alone", FeatureSelection::left_alone}});
+  node.read("size_min_px", f.selection.size_min_px);
+  node.read("size_max_px", f.selection.size_max_px);
+  node.read("response_min", f.selection.response_min);
+  node.read("stereo_px", f.selection.stereo_px);
+  node.read("scale_ratio", f.selection.scale_ratio);
+  node.read("most_distance", f.selection.most_distance);
+  node.read("most_bits", f.selection.most_bits);
+  node.read("second_ratio", f.selection.second_ratio);
+  node.read("most", f.most);
+  node.read("cell_px", f.cell_px);
+  node.read("grow_box_m", f.grow_box_m);
+  node.read("on_filled", f.on_filled);
 }
 
 }  // namespace
@@ -49,15 +85,7 @@ VisionSettings read_settings(const config::Node& root) {
   depth.read("flying_range_px", p.depth.flying_range_px);
 
   const config::Node features = root.child("features");
-  features.read("contrast", p.features.contrast);
-  features.read("edge", p.features.edge);
-  features.read("most", p.features.most);
-  features.read("cell_px", p.features.cell_px);
-  features.read("size_min_px", p.features.size_min_px);
-  features.read("size_max_px", p.features.size_max_px);
-  features.read("grow_box_m", p.features.grow_box_m);
-  features.read("stereo_px", p.features.stereo_px);
-  features.read("scale_ratio", p.features.scale_ratio);
+  read_features(features, p.features);
 
   const config::Node pose = root.child("pose");
   pose.read("position_sigma_m", p.position_sigma_m);

@@ -22,7 +22,16 @@ TEST(VisionSettings, TheDefaultFileSaysWhatTheProgramAssumes) {
   EXPECT_EQ(file.perceive.match.left_right_px, code.perceive.match.left_right_px);
   EXPECT_EQ(file.perceive.match.speckle_window, code.perceive.match.speckle_window);
   EXPECT_EQ(file.perceive.depth.footprint_m, code.perceive.depth.footprint_m);
-  EXPECT_EQ(file.perceive.features.most, code.perceive.features.most);
+  const FeatureSettings &a = file.perceive.features, &b = code.perceive.features;
+  EXPECT_EQ(a.most, b.most);
+  EXPECT_EQ(a.on_filled, b.on_filled);
+  EXPECT_EQ(a.detector.kind, b.detector.kind);
+  for (const auto value : {&DetectorSettings::contrast, &DetectorSettings::edge, &DetectorSettings::akaze_response, &DetectorSettings::orb_fast, &DetectorSettings::surf_hessian})
+    EXPECT_EQ(a.detector.*value, b.detector.*value);
+  EXPECT_EQ(a.selection.method, b.selection.method);
+  for (const auto value : {&SelectionSettings::size_min_px, &SelectionSettings::size_max_px, &SelectionSettings::response_min, &SelectionSettings::stereo_px,
+                           &SelectionSettings::scale_ratio, &SelectionSettings::most_distance, &SelectionSettings::most_bits, &SelectionSettings::second_ratio})
+    EXPECT_EQ(a.selection.*value, b.selection.*value);
   EXPECT_EQ(file.perceive.least_valid_share, code.perceive.least_valid_share);
 }
 
@@ -32,6 +41,14 @@ TEST(VisionSettings, ValuesAreTakenAndWrongOnesRefused) {
   EXPECT_THROW(read_settings(config::parse("matching: {block_px: 4}", "t")), Error);
   EXPECT_THROW(read_settings(config::parse("capture: {atempts: 3}", "t")), Error);
   EXPECT_THROW(read_settings(config::parse("threads: 0", "t")), Error);
+  const auto features = read_settings(config::parse("features: {detector: orb, selection: geometry_first, second_ratio: 0.8}", "t")).perceive.features;
+  EXPECT_EQ(features.detector.kind, DescriptorKind::orb);
+  EXPECT_EQ(features.selection.method, FeatureSelection::geometry_first);
+  EXPECT_EQ(features.selection.second_ratio, 0.8);
+  EXPECT_THROW(read_settings(config::parse("features: {detector: mser}", "t")), Error);
+  if (!unavailable(DescriptorKind::surf).empty()) {
+    EXPECT_THROW(read_settings(config::parse("features: {detector: surf}", "t")), Error);
+  }
   EXPECT_THROW(read_settings(config::parse("checks: {least_valid_share: 2}", "t")), Error);
 }
 
