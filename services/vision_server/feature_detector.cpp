@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 #include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
 #include <tuple>
 #if PERIPLUS_XFEATURES2D
 #include <opencv2/xfeatures2d/nonfree.hpp>
@@ -32,6 +33,16 @@ cv::Ptr<cv::Feature2D> make_detector(const DetectorSettings& s, double sensitivi
 #else
   throw_error(ErrorCode::bad_input, unavailable(DescriptorKind::surf));
 #endif
+}
+
+// The rectangle about the mask, widened by what descriptors look at: most of the work is done for every pixel. Its corner lies where
+// coarser octaves have samples too. Empty for an empty mask.
+cv::Rect surroundings(const cv::Mat& mask) {
+  constexpr int kMargin = 48, kCoarsest = 16;  // [px]
+  const cv::Rect about = cv::boundingRect(mask);
+  if (about.area() == 0) return about;
+  const int left = std::max(0, about.x - kMargin) / kCoarsest * kCoarsest, top = std::max(0, about.y - kMargin) / kCoarsest * kCoarsest;
+  return cv::Rect(left, top, std::min(mask.cols, about.br().x + kMargin) - left, std::min(mask.rows, about.br().y + kMargin) - top);
 }
 
 void append_root_sift(const float* v, std::size_t n, std::vector<std::uint8_t>& out) {
@@ -77,9 +88,11 @@ DetectedFeatures detect_features(const ImageU8& grey, const ImageU8& mask, const
   require(sensitivity > 0 && sensitivity <= 100, ErrorCode::bad_input, "features: sensitivity must lie in (0, 100]");
   const cv::Mat image(grey.height, grey.width, CV_8UC1, const_cast<std::uint8_t*>(grey.data.data()));
   const cv::Mat where(mask.height, mask.width, CV_8UC1, const_cast<std::uint8_t*>(mask.data.data()));
+  const cv::Rect part = surroundings(where);
   std::vector<cv::KeyPoint> points;
   cv::Mat descriptors;
-  make_detector(settings, sensitivity)->detectAndCompute(image, where, points, descriptors);
+  if (part.area() > 0) make_detector(settings, sensitivity)->detectAndCompute(image(part), where(part), points, descriptors);
+  for (cv::KeyPoint& k : points) k.pt += cv::Point2f(part.tl());
 
   std::vector<std::size_t> order(points.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

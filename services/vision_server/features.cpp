@@ -18,39 +18,34 @@ namespace {
 constexpr double kRightSensitivity = 2;      // of the right eye: what is faint in one is fainter in the other
 constexpr double kLeastDisparity = 0.5;      // [px]
 
-constexpr int kGap = 15;                     // [px]
+constexpr int kRim = 3, kGap = 7;            // [px] around the object's pixels: of the left eye, and of the right one, whose gaps are not filled
 
 // The box, grown, as an eye at X_WC sees it.
 class GrownBox {
  public:
   GrownBox(const object_model::ObjectBox& box, double grow, const Pose& X_WC) : X_BC_(box.X_WB.inverse() * X_WC), half_(box.size / 2 + Eigen::Vector3d::Constant(grow)) {}
-  // `slack` [m] beyond it.
-  bool holds(const Eigen::Vector3d& p_C, double slack = 0) const { return ((X_BC_ * p_C).cwiseAbs().array() <= half_.array() + slack).all(); }
+  bool holds(const Eigen::Vector3d& p_C) const { return ((X_BC_ * p_C).cwiseAbs().array() <= half_.array()).all(); }
 
  private:
   Pose X_BC_;
   Eigen::Vector3d half_;
 };
 
-// 255 where `depth_at(x, y)` [m, 0: none] puts a pixel into the box, or a pixel's width beside it: descriptors are the greater part of
-// the work, and background shows as many features as the object.
+// 255 where `depth_at(x, y)` [m, 0: none] puts every second pixel each way into the box and on no known solid, and `reach` pixels
+// around: descriptors are the greater part of the work, and background and table show as many features as the object.
 template <class DepthAt>
-ImageU8 mask_of(const Pinhole& camera, const GrownBox& box, DepthAt&& depth_at) {
+ImageU8 mask_of(const Pinhole& camera, const Pose& X_WC, const GrownBox& box, const scene::CollisionWorld* known, int reach, DepthAt&& depth_at) {
   ImageU8 out(camera.width, camera.height);
-  for (int y = 0; y < out.height; ++y)
-    for (int x = 0; x < out.width; ++x) {
+  for (int y = 0; y < out.height; y += 2)
+    for (int x = 0; x < out.width; x += 2) {
       const double z = depth_at(x, y);
-      if (z > 0 && box.holds(camera.back_project(x, y, z), z / camera.fx)) out.at(x, y) = 255;
+      if (z <= 0) continue;
+      const Eigen::Vector3d p_C = camera.back_project(x, y, z);
+      if (box.holds(p_C) && !on_known_solid(known, X_WC * p_C)) out.at(x, y) = 255;
     }
+  const cv::Mat view(out.height, out.width, CV_8UC1, out.data.data());
+  cv::dilate(view, view, cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1}));
   return out;
-}
-
-// Where the right eye sees the object: by its depth with gaps closed.
-ImageU8 right_mask(const object_model::DepthMap& right, const object_model::ObjectBox& box, double grow) {
-  ImageU8 mask = mask_of(right.camera, GrownBox(box, grow, right.X_WC), [&](int x, int y) { return static_cast<double>(right.depth.at(x, y)); });
-  const cv::Mat view(mask.height, mask.width, CV_8UC1, mask.data.data());
-  cv::dilate(view, view, cv::getStructuringElement(cv::MORPH_RECT, {kGap, kGap}));
-  return mask;
 }
 
 struct Sight {
@@ -105,8 +100,10 @@ std::vector<object_model::Feature> find_features(const ImageU8& left, const Imag
   auto of_right = std::async(cv::getNumThreads() > 1 ? std::launch::async : std::launch::deferred, [&]() -> DetectedFeatures {
     if (!pair) return {settings.detector.kind, {}, {}};
     const Pose X_WR = depth.X_WC * Eigen::Translation3d(rig.baseline, 0, 0);
-    return detect_features(right, depth_maps.size() < 2 ? box_silhouette(camera, X_WR, box, settings.grow_box_m + 0.01) : right_mask(depth_maps[1], box, settings.grow_box_m),
-                           settings.detector, kRightSensitivity);
+    if (depth_maps.size() < 2) return detect_features(right, box_silhouette(camera, X_WR, box, settings.grow_box_m + 0.01), settings.detector, kRightSensitivity);
+    const object_model::DepthMap& map = depth_maps[1];
+    const ImageU8 mask = mask_of(camera, X_WR, GrownBox(box, settings.grow_box_m, X_WR), known, kGap, [&](int x, int y) { return map.depth.at(x, y); });
+    return detect_features(right, mask, settings.detector, kRightSensitivity);
   });
   const GrownBox grown(box, settings.grow_box_m, depth.X_WC);
   const bool use_filled = settings.on_filled && pair && !filled.disparity.empty();
@@ -115,7 +112,7 @@ std::vector<object_model::Feature> find_features(const ImageU8& left, const Imag
     if (use_filled && filled.filled.at(x, y)) return {rig.depth(filled.disparity.at(x, y)), true};
     return {};
   };
-  const DetectedFeatures found = detect_features(left, mask_of(camera, grown, [&](int x, int y) { return sight(x, y).z; }), settings.detector);
+  const DetectedFeatures found = detect_features(left, mask_of(camera, depth.X_WC, grown, known, kRim, [&](int x, int y) { return sight(x, y).z; }), settings.detector);
 
   const auto on_object = [&](const Eigen::Vector3d& p_C) { return grown.holds(p_C) && !on_known_solid(known, depth.X_WC * p_C); };
   std::vector<double> disparity(found.points.size());
