@@ -93,6 +93,7 @@ class Benchmark {
     std::vector<double> seconds, processor_seconds, plain_seconds;
     std::map<std::string, std::vector<double>> steps;
     std::vector<std::string> order;
+    row.textured = row.shown_valid = 1;
     const StereoRig rig = robot_eyes();
     const voxel::GridGeometry grid = voxel::GridGeometry::from_box(stage.box.X_WB, stage.box.size, kVoxel);
     const int side = 2 * static_cast<int>(std::lround((rig.camera.fx * kVoxel / kDistance - 1) / 2)) + 1;
@@ -116,6 +117,8 @@ class Benchmark {
           if (e.code() != ErrorCode::vision_no_depth) throw;
           continue;
         }
+        row.textured = std::min(row.textured, report.textured_share);
+        row.shown_valid = std::min(row.shown_valid, s.perception->silhouette_valid_share);
         seconds.push_back(now() - begin);
         processor_seconds.push_back(processor() - processor_begin);
         for (const auto& [step, time] : report.seconds) {

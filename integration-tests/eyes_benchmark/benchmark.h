@@ -39,6 +39,7 @@ struct StereoRow {
   StereoQuality filled;                     // ours with its guesses (Algorithm 2), which never carve
   Spread normals;                           // angle to the true normal [rad]
   double normals_share = 0;                 // of the pixels with a depth that have a normal
+  double textured = 0, shown_valid = 0;     // textured share and silhouette_valid_share, least of the views
   int refused = 0;                          // views without a perception
   double seconds = 0, plain_seconds = 0;    // of a pair, median: all of perceive(); plain matching of the left eye alone
   double processor_seconds = 0;             // of all threads together, of perceive(), median: little changed by what else the machine does

@@ -41,6 +41,7 @@ void stereo(const StereoRow* row, const std::string& prefix, Limits& limits) {
   limits.at_most(row, prefix + "p95", "mm", [](const StereoRow& r) { return kMillimetres * r.ours.error.p95; }, 7);
   limits.at_most(row, prefix + "behind", "%", [](const StereoRow& r) { return kPercent * r.ours.behind; }, 0.01);
   limits.at_most(row, prefix + "normals", "deg", [](const StereoRow& r) { return kDegrees * r.normals.median; }, 10);
+  limits.at_least(row, prefix + "textured", "%", [](const StereoRow& r) { return kPercent * r.textured; }, 50);
   limits.at_most(row, prefix + "pair", "ms", [](const StereoRow& r) { return 1000 * r.seconds; }, 350, false);
 }
 
@@ -98,8 +99,10 @@ std::vector<Check> check_limits(const BenchmarkResult& result, const std::vector
       limits.at_least(fine, "carved_5mm.bunny.covered", "%", [](const ModelRow& r) { return kPercent * r.quality.covered_1_5; }, 98);
       limits.at_most(fine, "carved_5mm.bunny.error_mean", "mm", [](const ModelRow& r) { return kMillimetres * r.quality.error.mean; }, 1.3);
     }
-    if (object == "mug")
+    if (object == "mug") {
       limits.at_most(model(object, "own", 0.01), "carved.plain_mug.inside_emptied", "%", [](const ModelRow& r) { return kPercent * r.quality.inside_emptied_share(); }, 0.05);
+      limits.at_most(seen(object, "own"), "stereo.plain_mug.textured", "%", [](const StereoRow& r) { return kPercent * r.textured; }, 50);
+    }
   }
   if (!real) return checks;
   for (const auto& [name, coverage, bad] : {std::tuple{"Aloe", 95, 14}, std::tuple{"Motorcycle", 98, 11}}) {

@@ -26,6 +26,7 @@ BenchmarkResult good() {
     s.ours.behind = 0.00009;
     s.normals.median = 9.9 / kDegrees;
     s.seconds = 0.349;
+    s.textured = 0.51;
     r.stereo.push_back(s);
     ModelRow m;
     m.object = object;
@@ -58,6 +59,10 @@ BenchmarkResult good() {
   own.quality.inside = 10000;
   own.quality.inside_emptied = 4;
   r.models.push_back(own);
+  StereoRow plain = r.stereo[1];
+  plain.paint = "own";
+  plain.textured = 0.49;
+  r.stereo.push_back(plain);
   for (const char* pair : {"Aloe", "Motorcycle"}) {
     RealRow real;
     real.name = pair;
@@ -90,6 +95,8 @@ TEST(Checks, EachFailsJustBeyond) {
   EXPECT_EQ(with([](auto& r) { r.stereo[1].ours.error.p95 = 0.0071; }), "stereo.mug.p95 ");
   EXPECT_EQ(with([](auto& r) { r.stereo[1].ours.behind = 0.00011; }), "stereo.mug.behind ");
   EXPECT_EQ(with([](auto& r) { r.stereo[1].normals.median = 10.1 / kDegrees; }), "stereo.mug.normals ");
+  EXPECT_EQ(with([](auto& r) { r.stereo[1].textured = 0.49; }), "stereo.mug.textured ");
+  EXPECT_EQ(with([](auto& r) { r.stereo[2].textured = 0.51; }), "stereo.plain_mug.textured ");
   EXPECT_EQ(with([](auto& r) { r.models[0].quality.covered_1_5 = 0.984; }), "carved.bunny.covered ");
   EXPECT_EQ(with([](auto& r) { r.models[1].quality.covered_1_5 = 0.964; }), "carved.mug.covered ");
   EXPECT_EQ(with([](auto& r) { r.models[0].quality.error.mean = 0.0021; }), "carved.bunny.error_mean ");
@@ -126,7 +133,7 @@ TEST(Checks, MissingRowsAreNotOk) {
   BenchmarkResult r = good();
   r.models.pop_back();
   EXPECT_EQ(failing(r), "carved.plain_mug.inside_emptied ");
-  EXPECT_TRUE(to_json(check_limits(r, {"bunny", "mug"}, false, true)).back().at("value").is_null());
+  EXPECT_TRUE(to_json(check_limits(r, {"bunny", "mug"}, false, true)).end()[-2].at("value").is_null());
   r.real.clear();
   EXPECT_NE(failing(r).find("real.Aloe.filled_covered"), std::string::npos);
 }
@@ -137,7 +144,7 @@ TEST(Report, HoldsEveryRow) {
   r.real[0].plain = {1000, 0.7, 0.06, 0.04};
   const auto checks = check_limits(r, {"bunny", "mug"}, true, true);
   const auto json = to_json(r, {}, checks, nbv_benchmark::provenance("--check"));
-  EXPECT_EQ(json.at("stereo").size(), 2u);
+  EXPECT_EQ(json.at("stereo").size(), 3u);
   EXPECT_EQ(json.at("carved").size(), 4u);
   EXPECT_EQ(json.at("real").at(0).at("ours").at("covered"), 0.8);
   EXPECT_EQ(json.at("checks").size(), checks.size());

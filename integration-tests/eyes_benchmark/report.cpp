@@ -56,6 +56,10 @@ std::string stereo_table(const BenchmarkResult& r, const std::string& pictures) 
     const StereoQuality& c = row.filled;
     out += fmt::format("| | | filled | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | | | |\n", 100 * c.valid, 100 * c.bad_1, 100 * c.bad_2, 1000 * c.error.median, 1000 * c.error.p95);
   }
+  out += "\nLeast share of the object's pixels with texture, and least silhouette_valid_share, over the views:";
+  for (const StereoRow& row : r.stereo) out += fmt::format(" {} {} {:.0f} / {:.0f} %;", row.object, row.paint, 100 * row.textured, 100 * row.shown_valid);
+  out.back() = '.';
+  out += "\n";
   for (const StereoRow& row : r.stereo)
     if (row.refused > 0)
       out += fmt::format("\n{}, texture {}: {} of six views were refused, as too little of them could be matched; they carve nothing.\n", row.object, row.paint, row.refused);
@@ -202,6 +206,8 @@ json to_json(const BenchmarkResult& r, const BenchmarkOptions& o, const std::vec
                            {"filled", of(row.filled)},
                            {"normals_rad", of(row.normals)},
                            {"normals_share", row.normals_share},
+                           {"textured", row.textured},
+                           {"silhouette_valid_share", row.shown_valid},
                            {"refused", row.refused},
                            {"seconds", {{"pair", row.seconds}, {"processor", row.processor_seconds}, {"plain", row.plain_seconds}, {"steps", steps}}}});
   }
@@ -239,7 +245,7 @@ std::string to_csv(const BenchmarkResult& r) {
   for (const StereoRow& row : r.stereo) {
     const std::string head = "stereo," + row.object + "," + row.paint + ",,";
     lines(out, head + "ours,", of(row.ours));
-    lines(out, head + "ours,", {{"normals_rad", of(row.normals)}, {"refused", row.refused}, {"seconds", row.seconds}});
+    lines(out, head + "ours,", {{"normals_rad", of(row.normals)}, {"textured", row.textured}, {"silhouette_valid_share", row.shown_valid}, {"refused", row.refused}, {"seconds", row.seconds}});
     lines(out, head + "plain,", of(row.plain));
     lines(out, head + "plain,", {{"seconds", row.plain_seconds}});
     lines(out, head + "filled,", of(row.filled));

@@ -70,11 +70,11 @@ bool on_known_solid(const scene::CollisionWorld* known, const Eigen::Vector3d& p
   return known && known->contains_or_floor(p_W, 0.01);
 }
 
-std::optional<double> object_valid_share(const ImageF& disparity, const ImageF& filled, const StereoRig& rig,
-                                         const Pose& X_WC, const object_model::ObjectBox& box,
-                                         const scene::CollisionWorld* known) {
-  require(disparity.width == filled.width && disparity.height == filled.height, ErrorCode::bad_size,
-          "disparity map and filled map must have one size");
+std::optional<ObjectShares> object_shares(const ImageF& disparity, const ImageF& filled, const ImageU8& textured, const StereoRig& rig,
+                                          const Pose& X_WC, const object_model::ObjectBox& box,
+                                          const scene::CollisionWorld* known) {
+  require(disparity.width == filled.width && disparity.height == filled.height && disparity.width == textured.width && disparity.height == textured.height,
+          ErrorCode::bad_size, "disparity map, filled map and texture must have one size");
   const ImageU8 silhouette = box_silhouette(rig.camera, X_WC, box);
   require(disparity.width == silhouette.width && disparity.height == silhouette.height, ErrorCode::bad_size,
           "the disparity map must have the camera's size");
@@ -86,16 +86,25 @@ std::optional<double> object_valid_share(const ImageF& disparity, const ImageF& 
     return ((X_BW * p_W).cwiseAbs().array() <= box.size.array() / 2).all() && !on_known_solid(known, p_W);
   };
   const ImageU8 hidden = hidden_from_right(disparity);
-  int object = 0, matched = 0;
+  int object = 0, matched = 0, with_texture = 0;
   for (int y = 0; y < disparity.height; y += 2) {
     for (int x = 0; x < disparity.width; x += 2) {
       if (hidden.at(x, y) || !is_object(x, y)) continue;
       ++object;
       matched += disparity.at(x, y) > 0;
+      with_texture += textured.at(x, y) != 0;
     }
   }
   if (object < 100) return std::nullopt;
-  return static_cast<double>(matched) / object;
+  return ObjectShares{static_cast<double>(matched) / object, static_cast<double>(with_texture) / object};
+}
+
+std::optional<double> object_valid_share(const ImageF& disparity, const ImageF& filled, const StereoRig& rig,
+                                         const Pose& X_WC, const object_model::ObjectBox& box,
+                                         const scene::CollisionWorld* known) {
+  const auto shares = object_shares(disparity, filled, ImageU8(disparity.width, disparity.height), rig, X_WC, box, known);
+  if (!shares) return std::nullopt;
+  return shares->valid;
 }
 
 }  // namespace periplus::vision

@@ -29,6 +29,14 @@ std::optional<double> object_valid_share(const ImageF& disparity, const ImageF& 
                                          const Pose& X_WC, const object_model::ObjectBox& box,
                                          const scene::CollisionWorld* known);
 
+// The same pixels, and beside the share of matched ones that of those where `textured` (texture.h) is not 0.
+struct ObjectShares {
+  double valid = 0, textured = 0;
+};
+std::optional<ObjectShares> object_shares(const ImageF& disparity, const ImageF& filled, const ImageU8& textured, const StereoRig& rig,
+                                          const Pose& X_WC, const object_model::ObjectBox& box,
+                                          const scene::CollisionWorld* known);
+
 // True if the point belongs to a known solid: in it, or as near as stereo can tell (1 cm).
 bool on_known_solid(const scene::CollisionWorld* known, const Eigen::Vector3d& p_W);
 

@@ -100,6 +100,18 @@ TEST(ObjectValidShare, CountsTheHolesOfTheObject) {
   EXPECT_GT(valid_share(board.disparity, box_silhouette(kCamera, Pose::Identity(), box_ahead(1, 0.3)), 0), 0.4);
 }
 
+TEST(ObjectShares, TextureIsCountedOnTheSamePixels) {
+  const Board board;
+  ImageU8 textured(160, 120, 1, 255);
+  for (int y = board.top; y < board.bottom; ++y)
+    for (int x = board.left; x < 80; ++x) textured.at(x, y) = 0;  // its left half; the background does not matter
+  const auto shares = object_shares(board.disparity, fill_disparity(board.disparity, ImageU8(160, 120, 1, 100)).disparity, textured, board.rig, Pose::Identity(),
+                                    box_ahead(1, 0.3), nullptr);
+  ASSERT_TRUE(shares);
+  EXPECT_DOUBLE_EQ(shares->valid, *board.share());
+  EXPECT_NEAR(shares->textured, 0.5, 0.06);
+}
+
 TEST(ObjectValidShare, KnownSolidsAreNotTheObject) {
   const Board board;
   scene::Scene known;

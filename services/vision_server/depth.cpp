@@ -34,6 +34,10 @@ int footprint_px(const StereoRig& rig, const DepthSettings& settings, double obj
   return 2 * std::clamp(static_cast<int>(std::lround((side - 1) / 2)), 1, 15) + 1;
 }
 
+double depth_sigma(const StereoRig& rig, const DepthSettings& settings, double z) {
+  return z * z * settings.disparity_sigma_px / (rig.camera.fx * rig.baseline);
+}
+
 object_model::DepthMap make_depth(const ImageF& disparity, const StereoRig& rig, const Pose& X_WC,
                                   const DepthSettings& settings, double object_distance) {
   settings.check();
@@ -60,7 +64,7 @@ object_model::DepthMap make_depth(const ImageF& disparity, const StereoRig& rig,
       if (high.at<float>(y, x) - low.at<float>(y, x) > settings.flying_range_px) continue;
       const double z = fB / here;
       map.depth.at(x, y) = static_cast<float>(z);
-      map.depth_sigma.at(x, y) = static_cast<float>(z * z * settings.disparity_sigma_px / fB);
+      map.depth_sigma.at(x, y) = static_cast<float>(depth_sigma(rig, settings, z));
     }
   return map;
 }

@@ -21,9 +21,12 @@ struct DepthSettings {
 //   depth          z = f B / d; 0 without a match and on flying pixels, which lie on no surface
 //   depth_minimum  least z of the matched pixels in the footprint; 0 without a match. Flying pixels have it: behind
 //                  their nearest neighbour nothing is claimed, in front of it space is free.
-//   depth_sigma    z^2 sigma_d / (f B), wherever depth is
+//   depth_sigma    depth_sigma(z), wherever depth is. Its minimum over the footprint is depth_sigma(depth_minimum): it grows with z
 object_model::DepthMap make_depth(const ImageF& disparity, const StereoRig& rig, const Pose& X_WC,
                                   const DepthSettings& settings, double object_distance);
+
+// Standard deviation of a depth z [m]: z^2 sigma_d / (f B).
+double depth_sigma(const StereoRig& rig, const DepthSettings& settings, double z);
 
 // Side of the footprint in pixels.
 int footprint_px(const StereoRig& rig, const DepthSettings& settings, double object_distance);

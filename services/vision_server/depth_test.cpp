@@ -41,6 +41,23 @@ TEST(Depth, TheMinimumReachesHalfAFootprintOverAnEdge) {
   EXPECT_EQ(map.depth.at(32, 20), far);  // two pixels of disparity are no flying pixels
 }
 
+TEST(Depth, TheLeastDepthHasTheLeastSigmaOfItsFootprint) {
+  DepthSettings s;
+  s.footprint_m = 0.05;  // 5 px
+  s.flying_range_px = 100;
+  ImageF d(64, 48);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) d.at(x, y) = static_cast<float>(8 + (x * 7 + y * 13) % 11);
+  const auto map = make_depth(d, kRig, Pose::Identity(), s, 1);
+  for (int y = 2; y < 46; ++y)
+    for (int x = 2; x < 62; ++x) {
+      float least = 1e9f;
+      for (int v = y - 2; v <= y + 2; ++v)
+        for (int u = x - 2; u <= x + 2; ++u) least = std::min(least, map.depth_sigma.at(u, v));
+      EXPECT_NEAR(depth_sigma(kRig, s, map.depth_minimum.at(x, y)), least, 1e-6);
+    }
+}
+
 TEST(Depth, FlyingPixelsAreNoSurfaceButStillBoundFreeSpace) {
   const auto map = make_depth(step(20, 12), kRig, Pose::Identity(), {}, 1);
   for (int x : {30, 31, 32, 33}) {

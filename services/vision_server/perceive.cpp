@@ -45,6 +45,7 @@ double share_of_all(const ImageF& disparity) {
 void PerceiveSettings::check() const {
   match.check();
   depth.check();
+  texture.check();
   features.check();
   require(least_depth_m > 0 && default_far_m > least_depth_m, ErrorCode::bad_input,
           "range: default_far_m must exceed least_depth_m, and that 0");
@@ -99,9 +100,13 @@ object_model::Perception perceive(const RectifiedPair& pair, const object_model:
   step("depth");
   FilledDisparity filled = fill_disparity(disparity.left, pair.left_grey);
   out.silhouette_valid_share = report.valid_share_in_box;
-  if (const auto share =
-          object_valid_share(disparity.left, filled.disparity, pair.rig, pair.X_WC, box, surroundings.solids))
-    out.silhouette_valid_share = std::min(out.silhouette_valid_share, *share);
+  report.noise = noise_of(pair.left_grey);
+  if (const auto shares = object_shares(disparity.left, filled.disparity, textured_pixels(pair.left_grey, report.noise, settings.texture), pair.rig,
+                                        pair.X_WC, box, surroundings.solids)) {
+    report.textured_share = shares->textured;
+    out.silhouette_valid_share = std::min(out.silhouette_valid_share, shares->valid);
+    if (shares->textured < settings.texture.least_share) out.silhouette_valid_share = std::min(out.silhouette_valid_share, shares->textured);
+  }
   step("filter");
   out.features = find_features(pair.left_grey, pair.right_grey, pair.rig, out.depth, filled, box, surroundings.solids,
                                settings.features);

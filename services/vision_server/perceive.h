@@ -12,12 +12,14 @@
 #include "services/vision_server/features.h"
 #include "services/vision_server/rectification.h"
 #include "services/vision_server/stereo_matcher.h"
+#include "services/vision_server/texture.h"
 
 namespace periplus::vision {
 
 struct PerceiveSettings {
   MatchSettings match;
   DepthSettings depth;
+  TextureSettings texture;
   FeatureSettings features;
   double least_depth_m = 0.4;             // nothing nearer is searched for
   double default_far_m = 6.5;             // how far to search where no room is known
@@ -37,6 +39,8 @@ struct Surroundings {
 struct PerceiveReport {
   double valid_share = 0;                 // matched, of all pixels of the left eye
   double valid_share_in_box = 0;          // of those that show the box
+  double textured_share = 1;              // of those that show the object; 1 where too few can be told
+  double noise = 0;                       // of the left image [grey levels]
   std::vector<std::pair<std::string, double>> seconds;  // by step
 };
 

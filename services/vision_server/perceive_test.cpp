@@ -66,6 +66,8 @@ TEST(Perceive, DepthOfATexturedBallIsGoodToMillimetres) {
   EXPECT_GT(report.valid_share, 0.6);
   EXPECT_GT(report.valid_share_in_box, 0.8);
   EXPECT_GT(p.silhouette_valid_share, 0.8);
+  EXPECT_GT(report.textured_share, 0.6);
+  EXPECT_NEAR(report.noise, 2, 0.5);
   EXPECT_TRUE(p.depth[1].X_WC.isApprox(s.X_WC * Eigen::Translation3d(0.144, 0, 0), 1e-12));
 
   std::vector<double> errors;
@@ -153,7 +155,8 @@ TEST(Perceive, BothEyesTellTheSameSurface) {
 TEST(Perceive, APlainObjectIsNotMadeUp) {
   PerceptionSetting s;
   const RectifiedPair pair = s.pair(true);
-  const object_model::Perception p = see(pair, s);
+  PerceiveReport report;
+  const object_model::Perception p = see(pair, s, &report);
   int object = 0, found = 0;
   for (int y = 0; y < 480; ++y)
     for (int x = 0; x < 640; ++x)
@@ -163,6 +166,25 @@ TEST(Perceive, APlainObjectIsNotMadeUp) {
       }
   EXPECT_LT(found, 0.35 * object);
   EXPECT_LT(p.silhouette_valid_share, 0.8);
+  EXPECT_LT(report.textured_share, 0.3);
+}
+
+// Matching that takes whatever it finds covers the plain ball too. Its texture still says that this is chance.
+TEST(Perceive, APlainObjectIsCautiousHoweverMuchOfItWasMatched) {
+  PerceptionSetting s;
+  PerceiveSettings lax;
+  lax.match.uniqueness_percent = 0;
+  lax.match.left_right_px = 1000;
+  lax.match.speckle_window = 0;
+  const scene::CollisionWorld solids(s.known);
+  const auto share = [&](double least_textured, bool plain) {
+    lax.texture.least_share = least_textured;
+    PerceiveReport report;
+    return perceive(s.pair(plain), s.box, {&s.known, &solids}, lax, [] { return 0.0; }, report).silhouette_valid_share;
+  };
+  EXPECT_GT(share(0, true), 0.6);
+  EXPECT_LT(share(0.5, true), 0.3);
+  EXPECT_EQ(share(0.5, false), share(0, false));
 }
 
 TEST(Perceive, ABlankEyeIsNamed) {

@@ -84,6 +84,11 @@ VisionSettings read_settings(const config::Node& root) {
   depth.read("flying_window_px", p.depth.flying_window_px);
   depth.read("flying_range_px", p.depth.flying_range_px);
 
+  const config::Node texture = root.child("texture");
+  texture.read("window_px", p.texture.window_px);
+  texture.read("above_noise", p.texture.above_noise);
+  texture.read("least_share", p.texture.least_share);
+
   const config::Node features = root.child("features");
   read_features(features, p.features);
 

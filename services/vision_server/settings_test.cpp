@@ -22,6 +22,9 @@ TEST(VisionSettings, TheDefaultFileSaysWhatTheProgramAssumes) {
   EXPECT_EQ(file.perceive.match.left_right_px, code.perceive.match.left_right_px);
   EXPECT_EQ(file.perceive.match.speckle_window, code.perceive.match.speckle_window);
   EXPECT_EQ(file.perceive.depth.footprint_m, code.perceive.depth.footprint_m);
+  EXPECT_EQ(file.perceive.texture.window_px, code.perceive.texture.window_px);
+  EXPECT_EQ(file.perceive.texture.above_noise, code.perceive.texture.above_noise);
+  EXPECT_EQ(file.perceive.texture.least_share, code.perceive.texture.least_share);
   const FeatureSettings &a = file.perceive.features, &b = code.perceive.features;
   EXPECT_EQ(a.most, b.most);
   EXPECT_EQ(a.on_filled, b.on_filled);
