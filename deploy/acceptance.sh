@@ -6,7 +6,7 @@
 # "skipped"; with PERIPLUS_REQUIRE_DOCKER=1 a missing engine is a failure.
 set -uo pipefail
 cd "$(dirname "$0")/.."
-all=(build ci visibility search nbv_benchmark eyes demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug hosts compose)
+all=(build ci visibility search nbv_benchmark eyes demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug fuzz hosts compose)
 if [ "${1:-}" = --list ]; then printf '%s\n' "${all[@]}"; exit 0; fi
 checks=("$@"); [ $# -gt 0 ] || checks=("${all[@]}")
 for check in "${checks[@]}"; do
@@ -211,6 +211,15 @@ for c in json.load(open(sys.argv[1]))["checks"]:
       judge mug.coverage_reachable "$v" share '<=' 0.75 0.42
       judge mug.coverage_reachable_is_some "$v" share '>=' 0.1
       judge mug.surface_error_mean "$(field "round(1000 * r['surface_error']['model_to_truth']['mean'], 2)")" mm '<=' 10 ;;
+    fuzz)  # libFuzzer on every reader of what comes from elsewhere; without clang-14 and the right to install it: skipped
+      s=0
+      integration-tests/fuzz/run.sh --seconds "${PERIPLUS_FUZZ_SECONDS:-600}" >"$work/fuzz.log" 2>"$work/fuzz.errors" || s=$?
+      if [ "$s" = 77 ]; then say fuzz "$(grep -m1 SKIPPED "$work/fuzz.log")" "" "findings = 0" true; continue; fi
+      [ "$s" -le 1 ] && [ -s "$work/fuzz.log" ] || say fuzz "exit status $s" "" "findings = 0" false
+      cat "$work/fuzz.errors" >&2
+      while IFS=$'\t' read -r target executions edges findings; do
+        say "fuzz.$target" "$executions" executions "findings = 0" "$([ "$findings" = 0 ] && [ "$executions" -gt 0 ] && echo true || echo false)"
+      done <"$work/fuzz.log" ;;
     hosts)
       for check_of in "one_host reference.sh" "two_hosts two_hosts_test.sh" "two_hosts_mixed two_hosts_test.sh cyclonedds fastdds"; do
         # shellcheck disable=SC2086

@@ -2,7 +2,9 @@
 # `main.cpp` to the program, `x_tool.cpp` to a program of its own (`periplus-x`), `bench/` to the benchmarks.
 
 set(PERIPLUS_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Werror)
-if(CMAKE_UNITY_BUILD)
+if(PERIPLUS_FUZZ)
+  set(PERIPLUS_WARNINGS -w)  # they are judged in g++'s builds
+elseif(CMAKE_UNITY_BUILD)
   # Where several sources are one unit, g++ takes each for a header that others might include.
   list(APPEND PERIPLUS_WARNINGS -Wno-subobject-linkage)
 endif()
