@@ -190,6 +190,9 @@ TEST(Landmarks, OfAModelLieInTheVoxelsTheyBelongTo) {
   }
   const auto landmarks = model.landmarks();
   EXPECT_FALSE(landmarks.empty());
+  LandmarkSettings wrong;
+  wrong.reach_m = -1;
+  EXPECT_THROW(model.landmarks(wrong), Error);
   for (const Landmark& l : landmarks) {
     const auto s = model.grid().state(model.grid().geometry().voxel_of(l.p_W));
     EXPECT_TRUE(s == voxel::VoxelState::known || s == voxel::VoxelState::unknown);

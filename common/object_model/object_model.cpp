@@ -10,7 +10,6 @@
 #include "common/core/error.h"
 #include "common/core/fault_point.h"
 #include "common/core/hash.h"
-#include "common/object_model/landmarks.h"
 #include "common/scene/mesh_solid.h"
 #include "common/scene/scene.h"
 
@@ -271,11 +270,11 @@ bool ObjectModel::is_measured(const Eigen::Vector3i& voxel, const CarvingSetting
          state_.evidence.points[voxel_index(state_.grid.geometry(), voxel)] >= settings.known_points;
 }
 
-std::vector<Landmark> ObjectModel::landmarks() const {
+std::vector<Landmark> ObjectModel::landmarks(const LandmarkSettings& settings) const {
   constexpr std::size_t kMost = 65536;
   std::vector<Landmark> out;
   const voxel::GridGeometry& g = state_.grid.geometry();
-  for (const SeenLandmark& l : merge_landmarks(state_.views)) {
+  for (const SeenLandmark& l : merge_landmarks(state_.views, settings)) {
     const auto voxel = landmark_voxel(l.place, state_.grid);
     if (!voxel) continue;
     out.push_back(l.place);

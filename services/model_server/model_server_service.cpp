@@ -116,7 +116,7 @@ struct ModelServerService::Impl {
   void publish(const object_model::ObjectModel& model) {
     std::vector<Pose> views;
     for (const auto& view : model.state().views) views.push_back(view->X_WC);
-    require(objects_out.publish(wire::object_to_wire(model.state().object_id, model.grid(), model.landmarks(), views)), ErrorCode::internal,
+    require(objects_out.publish(wire::object_to_wire(model.state().object_id, model.grid(), model.landmarks(settings.landmarks), views)), ErrorCode::internal,
             "the object's grid could not be published");
   }
 

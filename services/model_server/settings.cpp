@@ -28,8 +28,21 @@ ModelSettings read_settings(const config::Node& root) {
   labels.read("seen_points", c.seen_points);
   const config::Node surface = root.child("surface");
   surface.read("truncation_voxels", c.truncation_voxels);
+  object_model::LandmarkSettings& l = s.landmarks;
+  const config::Node landmarks = root.child("landmarks");
+  landmarks.read("most_distance", l.matching.most_distance);
+  landmarks.read("most_bits", l.matching.most_bits);
+  landmarks.read("ratio", l.matching.ratio);
+  landmarks.read("distance_m", l.matching.distance_m);
+  landmarks.read("distance_share", l.matching.distance_share);
+  landmarks.read("coherent_share", l.matching.coherent_share);
+  landmarks.read("least_coherent", l.matching.least_coherent);
+  landmarks.read("most", l.matching.most);
+  landmarks.read("reach_m", l.reach_m);
+  landmarks.read("most_turn_rad", l.most_turn);
   root.finish();
   c.check();
+  l.check();
   return s;
 }
 

@@ -6,6 +6,7 @@
 
 #include "common/core/config.h"
 #include "common/object_model/carving.h"
+#include "common/object_model/landmarks.h"
 
 namespace periplus::model {
 
@@ -14,6 +15,7 @@ struct ModelSettings {
   std::chrono::milliseconds perception_wait{2000};
   int perceptions_kept = 8;
   object_model::CarvingSettings carving;
+  object_model::LandmarkSettings landmarks;
 };
 
 // Throws Error(bad_input) that names key, line and range.

@@ -21,6 +21,13 @@ TEST(Settings, DefaultFileHoldsTheDefaults) {
   EXPECT_EQ(file.carving.solid_extra_voxels, code.carving.solid_extra_voxels);
   EXPECT_EQ(file.carving.solid_tolerance_m, code.carving.solid_tolerance_m);
   EXPECT_EQ(file.carving.known_points, code.carving.known_points);
+  const object_model::LandmarkSettings &a = file.landmarks, &b = code.landmarks;
+  EXPECT_EQ(a.reach_m, b.reach_m);
+  EXPECT_EQ(a.most_turn, b.most_turn);
+  using Matching = object_model::MatchingSettings;
+  for (const auto value : {&Matching::most_distance, &Matching::most_bits, &Matching::ratio, &Matching::distance_m, &Matching::distance_share, &Matching::coherent_share})
+    EXPECT_EQ(a.matching.*value, b.matching.*value);
+  for (const auto value : {&Matching::least_coherent, &Matching::most}) EXPECT_EQ(a.matching.*value, b.matching.*value);
   EXPECT_EQ(file.carving.seen_points, code.carving.seen_points);
   EXPECT_EQ(file.carving.truncation_voxels, code.carving.truncation_voxels);
 }
@@ -29,6 +36,8 @@ TEST(Settings, RefusesUnknownKeysAndValuesOutOfRange) {
   EXPECT_THROW(read_settings(config::parse("carving: {margin_voxel: 1}", "test")), Error);
   EXPECT_THROW(read_settings(config::parse("carving: {margin_voxels: 0.1}", "test")), Error);
   EXPECT_THROW(read_settings(config::parse("perception_wait_s: -1", "test")), Error);
+  EXPECT_THROW(read_settings(config::parse("landmarks: {ratio: 1.5}", "test")), Error);
+  EXPECT_DOUBLE_EQ(read_settings(config::parse("landmarks: {reach_m: 0.03}", "test")).landmarks.reach_m, 0.03);
   EXPECT_DOUBLE_EQ(read_settings(config::parse("carving: {margin_voxels: 1.5}", "test")).carving.margin_voxels, 1.5);
 }
 
