@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "integration-tests/harness/analytic_scene.h"
+#include "services/vision_server/testing/opencv_threads.h"
 
 namespace periplus::vision {
 namespace {
@@ -185,6 +186,29 @@ TEST(Perceive, APlainObjectIsCautiousHoweverMuchOfItWasMatched) {
   EXPECT_GT(share(0, true), 0.6);
   EXPECT_LT(share(0.5, true), 0.3);
   EXPECT_EQ(share(0.5, false), share(0, false));
+}
+
+TEST(Perceive, IsTheSameForAnyNumberOfThreads) {
+  PerceptionSetting s;
+  const RectifiedPair pair = s.pair();
+  const auto with = [&](int threads) {
+    const testing::OpenCvThreads set(threads);
+    return see(pair, s);
+  };
+  const object_model::Perception one = with(1), four = with(4);
+  for (int eye = 0; eye < 2; ++eye) {
+    EXPECT_EQ(one.depth[eye].depth.data, four.depth[eye].depth.data);
+    EXPECT_EQ(one.depth[eye].depth_minimum.data, four.depth[eye].depth_minimum.data);
+  }
+  EXPECT_EQ(one.disparity.data, four.disparity.data);
+  EXPECT_EQ(one.disparity_filled.data, four.disparity_filled.data);
+  EXPECT_EQ(one.silhouette_valid_share, four.silhouette_valid_share);
+  ASSERT_EQ(one.features.size(), four.features.size());
+  for (std::size_t i = 0; i < one.features.size(); ++i) {
+    EXPECT_EQ(one.features[i].p_W, four.features[i].p_W);
+    EXPECT_EQ(one.features[i].normal_W, four.features[i].normal_W);
+    EXPECT_EQ(one.features[i].descriptor, four.features[i].descriptor);
+  }
 }
 
 TEST(Perceive, ABlankEyeIsNamed) {
