@@ -22,6 +22,7 @@ namespace {
 constexpr std::size_t kLongestText = 4u << 20;
 constexpr std::size_t kDeepest = 64;
 constexpr std::size_t kLongestKey = 256;
+constexpr std::size_t kMostKeys = 1024;  // of a mapping, whose keys are looked for one after the other
 
 }  // namespace
 
@@ -169,6 +170,7 @@ class Builder : public YAML::EventHandler {
 
   void take_key(const YAML::Mark& mark, const std::string& text) {
     if (text.empty() || text.size() > kLongestKey) refuse(place(mark), "a key must have 1 to " + std::to_string(kLongestKey) + " characters");
+    if (stack_.back()->entries.size() >= kMostKeys) refuse(place(mark), "a mapping may have at most " + std::to_string(kMostKeys) + " keys");
     if (stack_.back()->find(text)) refuse(place(mark), "the key " + quoted(text) + " stands here twice; keep one");
     keys_.back() = text;
     key_lines_.back() = mark.line + 1;

@@ -122,6 +122,18 @@ TEST(Config, RefusesWhatIsNoConfiguration) {
   message_of([] { parse(std::string((4u << 20) + 1, ' '), "x"); });
 }
 
+TEST(Config, ManyKeysOfAMappingAreRefusedBeforeTheyTakeTime) {
+  std::string text;
+  for (int n = 0; n < 200000; ++n) text += "k" + std::to_string(n) + ": 1\n";
+  try {
+    parse(text, "t.yaml");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::bad_input);
+    EXPECT_STREQ(e.what(), "t.yaml:1025: a mapping may have at most 1024 keys");
+  }
+}
+
 TEST(Config, CommandLineOverridesCreateAndReplace) {
   Node root = parse("search: {seed: 4}\n", "x.yaml");
   set(root, "search.seed", "5");

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kMostSolids = 256;
+constexpr std::size_t kMostTriangles = 100000;  // of all meshes: a tenth of a second for whoever evaluates a view
 constexpr std::size_t kMostLights = 7;  // OpenGL's fixed pipeline has eight, one of them is the head light
 constexpr std::size_t kMostLandmarks = 256;
 constexpr std::size_t kLongestText = 4u << 20;
@@ -155,7 +156,12 @@ Scene parse_scene(std::string_view yaml, std::string_view name) {
   std::set<std::string> names;
   const auto solids = root.children("solids");
   if (solids.size() > kMostSolids) refuse(root, "solids: at most 256 are possible");
-  for (const config::Node& node : solids) scene.solids.push_back(read_solid(node, names));
+  std::size_t triangles = 0;
+  for (const config::Node& node : solids) {
+    scene.solids.push_back(read_solid(node, names));
+    if (const auto& mesh = scene.solids.back().mesh) triangles += mesh->mesh().triangles.size();
+    if (triangles > kMostTriangles) refuse(node, "mesh: the meshes among the solids have more than 100000 triangles together; simplify them");
+  }
 
   const auto lights = root.children("lights");
   if (lights.size() > kMostLights) refuse(root, "lights: at most 7 are possible");

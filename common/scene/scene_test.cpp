@@ -81,6 +81,23 @@ TEST(Scene, RefusesWhatCannotBeUsed) {
   EXPECT_THROW(load_scene("/nowhere/scene.yaml"), Error);
 }
 
+TEST(Scene, MeshesOfTooManyTrianglesTogetherAreRefused) {
+  const auto ships = [](int count) {
+    std::string text = "name: harbour\nsolids:\n";
+    for (int n = 0; n < count; ++n)
+      text += "  - {name: s" + std::to_string(n) + ", shape: mesh, mesh: \"made:ship\", longest_side_m: 1, position_m: [0, 0, 1]}\n";
+    return parse_scene(text, "harbour.yaml");
+  };
+  EXPECT_EQ(ships(2).solids.size(), 2u);
+  try {
+    ships(256);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::bad_input);
+    EXPECT_NE(std::string(e.what()).find("together"), std::string::npos) << e.what();
+  }
+}
+
 TEST(Scene, SolidsMayBeMeshesOfTheAssetsFolder) {
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / ("scene_test." + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);

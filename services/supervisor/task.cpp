@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <system_error>
 
 #include "common/core/config.h"
 #include "common/core/error.h"
@@ -32,16 +33,22 @@ bool is_name(const std::string& text, std::size_t longest) {
   return true;
 }
 
+// What cannot be a file's name, or may not be looked at, is no file.
+bool names_a_file(const fs::path& path) {
+  std::error_code problem;
+  return fs::is_regular_file(path, problem);
+}
+
 std::string resolve(const std::string& path, const std::optional<std::string>& whence, const std::string& where) {
   if (!whence) return path;
   const std::string& folder = *whence;
   if (fs::path(path).is_absolute()) {
-    require(fs::is_regular_file(path), ErrorCode::bad_input, where + ": there is no file " + path);
+    require(names_a_file(path), ErrorCode::bad_input, where + ": there is no file " + path);
     return path;
   }
   for (fs::path base = fs::absolute(folder);; base = base.parent_path()) {
     const fs::path candidate = base / path;
-    if (fs::is_regular_file(candidate)) return fs::weakly_canonical(candidate).string();
+    if (names_a_file(candidate)) return fs::weakly_canonical(candidate).string();
     if (base == base.root_path()) break;
   }
   throw_error(ErrorCode::bad_input,

@@ -53,6 +53,18 @@ TEST_F(TaskFile, PathsThatYamlWouldReadOtherwiseComeBackAsTheyWere) {
   }
 }
 
+TEST_F(TaskFile, WhatCannotBeAFilesNameIsRefused) {
+  for (const std::string& path : {std::string(300, 'x'), "/" + std::string(5000, 'y')}) {
+    try {
+      parse_task("schema: 1\nname: t\nrobot: " + path + "\nscene: scene.yaml\n" + object_, "t.yaml", folder_.string());
+      FAIL() << path;
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::bad_input);
+      EXPECT_NE(std::string(e.what()).find("there is no file"), std::string::npos);
+    }
+  }
+}
+
 TEST_F(TaskFile, WithoutAFolderPathsStayAsTheyAre) {
   const Task t = parse_task("schema: 1\nname: t\nrobot: far/robot.yaml\nscene: /nowhere/scene.yaml\n" + object_, "task", std::nullopt);
   EXPECT_EQ(t.robot, "far/robot.yaml");
