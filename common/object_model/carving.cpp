@@ -1,5 +1,6 @@
 #include "common/object_model/carving.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -8,6 +9,7 @@
 
 #include "common/core/error.h"
 #include "common/object_model/carving_kernel.h"
+#include "common/object_model/grid_projection.h"
 #include "common/object_model/image_minimum.h"
 #include "common/scene/scene.h"
 
@@ -20,34 +22,58 @@ void in_range(double value, double minimum, double maximum, const char* name) {
           std::string(name) + " must lie between " + std::to_string(minimum) + " and " + std::to_string(maximum));
 }
 
-constexpr double kNearestCorner = 1e-3;   // what is nearer to the camera's plane is not seen through [m]
 constexpr double kDepthRounding = 1e-5;   // of depths in single precision [m]
 constexpr int kGreatestLevel = 6;         // squares of 64 pixels
 
-// Nearest value along one direction within `reach` pixels; 0 if there is none.
-float next_value(const ImageF& limit, int x, int y, int dx, int dy, int reach) {
-  for (int n = 1; n <= reach; ++n) {
-    const int u = x + dx * n, v = y + dy * n;
-    if (u < 0 || v < 0 || u >= limit.width || v >= limit.height) return 0;
-    if (limit.at(u, v) > 0) return limit.at(u, v);
-  }
-  return 0;
-}
-
 // Gaps of at most `gap_px` take the least of the four neighbours, if all four are near enough.
 void close_gaps(ImageF& limit, int gap_px) {
-  const ImageF measured = limit;
-  for (int y = 0; y < limit.height; ++y)
-    for (int x = 0; x < limit.width; ++x) {
-      if (measured.at(x, y) > 0) continue;
-      const float left = next_value(measured, x, y, -1, 0, gap_px);
-      if (left <= 0) continue;
-      const float right = next_value(measured, x, y, 1, 0, gap_px);
-      if (right <= 0) continue;
-      const float up = next_value(measured, x, y, 0, -1, gap_px);
-      const float down = next_value(measured, x, y, 0, 1, gap_px);
-      if (up > 0 && down > 0) limit.at(x, y) = std::min({left, right, up, down});
+  const int width = limit.width, height = limit.height;
+  ImageF least(width, height);  // of the neighbours to the left, to the right and above; 0 where one is missing
+  std::vector<int> above(static_cast<std::size_t>(width), -1 - gap_px), below(static_cast<std::size_t>(width), height + gap_px);  // rows with a value
+  for (int y = 0; y < height; ++y) {
+    const float* row = &limit.at(0, y);
+    for (int x = 0; x < width;) {
+      if (row[x] > 0) {
+        above[static_cast<std::size_t>(x++)] = y;
+        continue;
+      }
+      const int begin = x;
+      while (x < width && !(row[x] > 0)) ++x;
+      if (begin == 0 || x == width) continue;
+      const float beside = std::min(row[begin - 1], row[x]);
+      for (int u = std::max(begin, x - gap_px); u < std::min(x, begin + gap_px); ++u) {
+        const int up = above[static_cast<std::size_t>(u)];
+        if (y - up <= gap_px) least.at(u, y) = std::min(beside, limit.at(u, up));
+      }
     }
+  }
+  // Upwards: what is filled lies below all that is still to be looked at, and is no neighbour to it.
+  for (int y = height - 1; y >= 0; --y) {
+    float* row = &limit.at(0, y);
+    for (int x = 0; x < width; ++x) {
+      int& down = below[static_cast<std::size_t>(x)];
+      if (row[x] > 0)
+        down = y;
+      else if (least.at(x, y) > 0 && down - y <= gap_px)
+        row[x] = std::min(least.at(x, y), limit.at(x, down));
+    }
+  }
+}
+
+// Marks the pixels of row y whose point lies within -below .. upper of the grid frame [m], in single precision; false if there is none.
+bool near_box(const DepthMap& map, const Pose& X_GC, int y, double below, const Eigen::Array3d& upper, std::vector<std::uint8_t>& near) {
+  const Eigen::Vector3f along = (X_GC.linear().col(0) / map.camera.fx).cast<float>(), first = (X_GC.linear() * map.camera.back_project(0, y, 1)).cast<float>();
+  const Eigen::Vector3f origin = X_GC.translation().cast<float>(), top = upper.matrix().cast<float>();
+  const float bottom = static_cast<float>(-below);
+  const float* row = &map.depth.at(0, y);
+  std::uint8_t any = 0;
+  for (int x = 0; x < map.camera.width; ++x) {
+    const float z = row[x], u = static_cast<float>(x);
+    const float px = origin.x() + z * (first.x() + along.x() * u), py = origin.y() + z * (first.y() + along.y() * u), pz = origin.z() + z * (first.z() + along.z() * u);
+    const bool in = (px >= bottom) & (py >= bottom) & (pz >= bottom) & (px <= top.x()) & (py <= top.y()) & (pz <= top.z());
+    any |= near[static_cast<std::size_t>(x)] = static_cast<std::uint8_t>(in);
+  }
+  return any != 0;
 }
 
 // The floor is seen from further away than a table's top, so what counts as lying on it grows with the depth's uncertainty.
@@ -62,14 +88,39 @@ void CarvingSettings::check() const {
   in_range(gap_px, 0, 64, "gap_px");
   in_range(cautious_share, 0, 1, "cautious_share");
   in_range(cautious_votes, 1, 100, "cautious_votes");
+  in_range(uncertain_pose_m, 0, 1, "uncertain_pose_m");
+  in_range(uncertain_pose_voxels, 0, 10, "uncertain_pose_voxels");
+  in_range(uncertain_margin_voxels, margin_voxels, 10, "uncertain_margin_voxels");
   in_range(solid_extra_voxels, 0, 10, "solid_extra_voxels");
   in_range(solid_tolerance_m, 0, 0.1, "solid_tolerance_m");
   in_range(known_points, 1, 10000, "known_points");
   in_range(seen_points, 1, 10000, "seen_points");
   in_range(truncation_voxels, 1, 20, "truncation_voxels");
+  in_range(log_odds.hit, 0.01, 5, "log_odds.hit");
+  in_range(log_odds.miss, -5, -0.01, "log_odds.miss");
+  in_range(log_odds.least, -20, -0.01, "log_odds.least");
+  in_range(log_odds.most, 0.01, 20, "log_odds.most");
+  in_range(log_odds.empty_below, log_odds.least, 0, "log_odds.empty_below");
+  in_range(log_odds.known_above, 0, log_odds.most, "log_odds.known_above");
+  in_range(log_odds.disparity_sigma_px, 0.01, 10, "log_odds.disparity_sigma_px");
+  in_range(log_odds.support_share, 0, 1, "log_odds.support_share");
+  in_range(log_odds.support_voxels, 0.01, 100, "log_odds.support_voxels");
 }
 
-PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometry, const CarvingSettings& settings, bool cautious,
+double point_sigma(const Eigen::Matrix<double, 6, 6>& pose_covariance, double distance) {
+  const auto greatest = [](const Eigen::Matrix3d& m) {
+    return std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(m, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+  };
+  return std::sqrt(greatest(pose_covariance.topLeftCorner<3, 3>()) + distance * distance * greatest(pose_covariance.bottomRightCorner<3, 3>()));
+}
+
+CarvingRule carving_rule(double silhouette_valid_share, double pose_sigma_m, double voxel_size, const CarvingSettings& settings) {
+  const bool uncertain = !(pose_sigma_m < std::max(settings.uncertain_pose_m, settings.uncertain_pose_voxels * voxel_size));
+  const bool cautious = uncertain || silhouette_valid_share < settings.cautious_share;
+  return {uncertain ? settings.uncertain_margin_voxels : settings.margin_voxels, !cautious, cautious ? settings.cautious_votes : 1, pose_sigma_m};
+}
+
+PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometry, const CarvingSettings& settings, bool closes_gaps,
                          const scene::CollisionWorld* known) {
   const int width = map.camera.width, height = map.camera.height;
   for (const ImageF* image : {&map.depth, &map.depth_minimum})
@@ -80,30 +131,36 @@ PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometr
   const double h = geometry.voxel_size;
   const float extra = static_cast<float>(settings.solid_extra_voxels * h);
   const bool has_sigma = map.depth_sigma.width == width && map.depth_sigma.height == height;
-  const Pose X_GC = geometry.X_WG.inverse() * map.X_WC;
-  // Only points near the box decide about voxels; further ones are free space whatever they belong to.
-  const Eigen::Vector3d lower = Eigen::Vector3d::Constant(-4 * h);
-  const Eigen::Vector3d upper = (geometry.size.cast<double>().array() + 4) * h;
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const float z = map.depth.at(x, y), least = map.depth_minimum.at(x, y);
-      if (!(z > 0) || !(least > 0) || !std::isfinite(z)) continue;
-      float limit = std::min(z, least);
-      PixelKind kind = PixelKind::surface;
-      if (known) {
-        const Eigen::Vector3d p_C = map.camera.back_project(x, y, z);
-        const Eigen::Vector3d p_G = X_GC * p_C;
-        if ((p_G.array() >= lower.array()).all() && (p_G.array() <= upper.array()).all() &&
-            belongs_to_surroundings(*known, map.X_WC * p_C, settings.solid_tolerance_m, has_sigma ? map.depth_sigma.at(x, y) : 0)) {
-          kind = PixelKind::known_solid;
-          // Where the footprint holds something much nearer, that is not the solid and must not be carved into.
-          if (z - limit <= extra) limit += extra;
-        }
+  bool gaps = false;
+  for (std::size_t i = 0; i < out.limit.data.size(); ++i) {
+    const float z = map.depth.data[i], least = map.depth_minimum.data[i];
+    const bool measured = (z > 0) & (least > 0) & (z <= std::numeric_limits<float>::max());
+    out.limit.data[i] = measured ? std::min(z, least) : 0.0f;
+    out.kind.data[i] = measured ? PixelKind::surface : PixelKind::none;
+    gaps |= !measured;
+  }
+  if (known) {
+    // Only points near the box decide about voxels; further ones are free space whatever they belong to.
+    const Pose X_GC = geometry.X_WG.inverse() * map.X_WC;
+    const Eigen::Vector3d upper = (geometry.size.cast<double>().array() + 4) * h;
+    std::vector<std::uint8_t> near(static_cast<std::size_t>(width));
+    for (int y = 0; y < height; ++y) {
+      if (!near_box(map, X_GC, y, 5 * h, upper.array() + h, near)) continue;
+      for (int x = 0; x < width; ++x) {
+        if (!near[static_cast<std::size_t>(x)] || out.kind.at(x, y) == PixelKind::none) continue;
+        const float z = map.depth.at(x, y);
+        const Eigen::Vector3d p_C = map.camera.back_project(x, y, z), p_G = X_GC * p_C;
+        if ((p_G.array() < -4 * h).any() || (p_G.array() > upper.array()).any() ||
+            !belongs_to_surroundings(*known, map.X_WC * p_C, settings.solid_tolerance_m, has_sigma ? map.depth_sigma.at(x, y) : 0))
+          continue;
+        out.kind.at(x, y) = PixelKind::known_solid;
+        // Where the footprint holds something much nearer, that is not the solid and must not be carved into.
+        float& limit = out.limit.at(x, y);
+        if (z - limit <= extra) limit += extra;
       }
-      out.limit.at(x, y) = limit;
-      out.kind.at(x, y) = kind;
     }
-  if (!cautious && settings.gap_px > 0) close_gaps(out.limit, settings.gap_px);
+  }
+  if (gaps && closes_gaps && settings.gap_px > 0) close_gaps(out.limit, settings.gap_px);
   return out;
 }
 
@@ -112,23 +169,11 @@ std::vector<std::uint64_t> seen_through(const voxel::OccupancyGrid& grid, const 
   require(limit.width == camera.width && limit.height == camera.height && limit.channels == 1, ErrorCode::bad_size,
           "the limits of pixels must have the size of the camera's image");
   const voxel::GridGeometry& g = grid.geometry();
-  const double h = g.voxel_size, margin = margin_voxels * h;
+  const double margin = margin_voxels * g.voxel_size;
   std::vector<std::uint64_t> plane(grid.occupied().size(), 0);
-  const Pose X_CG = X_WC.inverse() * g.X_WG;
-  Eigen::Matrix3d K;
-  K << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
-  Eigen::Matrix<double, 3, 4> m;
-  m.leftCols<3>() = K * X_CG.linear() * h;
-  m.col(3) = K * X_CG.translation();
-  GridCamera projection;
-  projection.width = camera.width;
-  projection.height = camera.height;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 4; ++c) projection.m[r][c] = static_cast<float>(m(r, c));
-  }
+  const GridProjection projection(camera, X_WC, g);
   const BlockRange blocks(limit);
   SquareMinimum squares(limit);
-  const double half = 0.5 * m.row(2).head<3>().cwiseAbs().sum();  // from a voxel's centre to its nearest corner, in depth
   const Eigen::Vector3i nb = g.bricks();
   LayerRectangles rectangles;
   std::size_t word = 0;
@@ -139,33 +184,21 @@ std::vector<std::uint64_t> seen_through(const voxel::OccupancyGrid& grid, const 
         for (int x = 0; x < 8; ++x) any |= candidates[x] = grid.occupied()[word + x] & ~grid.environment()[word + x];
         if (any == 0) continue;
         // All of the brick at once: nothing of it, or all, may be seen through.
-        double u0 = 1e9, u1 = -1e9, v0 = 1e9, v1 = -1e9, near = 1e9, far = -1e9;
-        for (int c = 0; c < 8; ++c) {
-          const Eigen::Vector3d q = m * Eigen::Vector4d(8 * (bx + (c & 1)), 8 * (by + (c >> 1 & 1)), 8 * (bz + (c >> 2)), 1);
-          near = std::min(near, q.z());
-          far = std::max(far, q.z());
-          u0 = std::min(u0, q.x() / q.z());
-          u1 = std::max(u1, q.x() / q.z());
-          v0 = std::min(v0, q.y() / q.z());
-          v1 = std::max(v1, q.y() / q.z());
-        }
-        if (far < kNearestCorner) continue;
-        if (near > kNearestCorner) {
-          if (u1 < 0 || v1 < 0 || u0 > camera.width - 1 || v0 > camera.height - 1) continue;
-          const bool inside = u0 >= 0 && v0 >= 0 && u1 <= camera.width - 1 && v1 <= camera.height - 1;
+        const BrickView view(projection, bx, by, bz);
+        if (view.out_of_view) continue;
+        if (view.in_front) {
           float least, greatest;
-          blocks.range(std::max(0, static_cast<int>(u0)), std::max(0, static_cast<int>(v0)), std::min(camera.width - 1, static_cast<int>(u1) + 1),
-                       std::min(camera.height - 1, static_cast<int>(v1) + 1), least, greatest);
+          blocks.range(view.x0, view.y0, view.x1, view.y1, least, greatest);
           // Its voxels' centres lie half a voxel from its nearest and farthest corner.
-          if (greatest <= near + half + margin) continue;
-          if (inside && least > far - half + margin + kDepthRounding) {
+          if (greatest <= view.near + projection.half + margin) continue;
+          if (view.inside && least > view.far - projection.half + margin + kDepthRounding) {
             std::copy_n(candidates, 8, &plane[word]);
             continue;
           }
         }
         for (int x = 0; x < 8; ++x) {
           if (candidates[x] == 0) continue;
-          layer_rectangles(projection, 8 * bx + x, 8 * by, 8 * bz, rectangles, simd);
+          layer_rectangles(projection.camera, 8 * bx + x, 8 * by, 8 * bz, rectangles, simd);
           if (rectangles.shortest == 0) continue;
           const int level = std::min(static_cast<int>(std::bit_width(static_cast<unsigned>(rectangles.shortest))) - 1, kGreatestLevel);
           plane[word + x] = candidates[x] & layer_seen_through(rectangles, squares.level(level).data(), camera.width, 1 << level, static_cast<float>(margin), simd);

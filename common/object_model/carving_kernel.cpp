@@ -92,9 +92,26 @@ PERIPLUS_INLINE std::uint64_t seen_body(const LayerRectangles& q, const float* s
   return seen;
 }
 
+PERIPLUS_INLINE void pixels_body(const GridCamera& c, int x, int y0, int z0, LayerPixels& out) {
+  const float fx = static_cast<float>(x) + 0.5f, width = static_cast<float>(c.width) - 0.5f, height = static_cast<float>(c.height) - 0.5f;
+  const float a = c.m[0][0] * fx + c.m[0][3], b = c.m[1][0] * fx + c.m[1][3], w = c.m[2][0] * fx + c.m[2][3];
+  for (int i = 0; i < kLayer; ++i) {
+    const float fy = static_cast<float>(y0 + (i >> 3)) + 0.5f, fz = static_cast<float>(z0 + (i & 7)) + 0.5f;
+    const float depth = (w + c.m[2][1] * fy) + c.m[2][2] * fz, inverse = 1.0f / depth;
+    const float u = ((a + c.m[0][1] * fy) + c.m[0][2] * fz) * inverse, v = ((b + c.m[1][1] * fy) + c.m[1][2] * fz) * inverse;
+    const std::int32_t in = (depth > kNear) & (u > -0.5f) & (v > -0.5f) & (u < width) & (v < height);
+    const std::int32_t column = static_cast<std::int32_t>(in != 0 ? u + 0.5f : 0.0f), row = static_cast<std::int32_t>(in != 0 ? v + 0.5f : 0.0f);
+    out.pixel[i] = in != 0 ? row * c.width + column : -1;
+    out.depth[i] = depth;
+  }
+}
+
+void pixels_portable(const GridCamera& c, int x, int y, int z, LayerPixels& out) { pixels_body(c, x, y, z, out); }
 void rectangles_portable(const GridCamera& c, int x, int y, int z, LayerRectangles& out) { rectangles_body(c, x, y, z, out); }
 std::uint64_t seen_portable(const LayerRectangles& q, const float* s, int width, int side, float margin) { return seen_body(q, s, width, side, margin); }
 #if defined(__x86_64__)
+PERIPLUS_AVX2 void pixels_avx2(const GridCamera& c, int x, int y, int z, LayerPixels& out) { pixels_body(c, x, y, z, out); }
+PERIPLUS_AVX512 void pixels_avx512(const GridCamera& c, int x, int y, int z, LayerPixels& out) { pixels_body(c, x, y, z, out); }
 PERIPLUS_AVX2 void rectangles_avx2(const GridCamera& c, int x, int y, int z, LayerRectangles& out) { rectangles_body(c, x, y, z, out); }
 PERIPLUS_AVX512 void rectangles_avx512(const GridCamera& c, int x, int y, int z, LayerRectangles& out) { rectangles_body(c, x, y, z, out); }
 PERIPLUS_AVX2 std::uint64_t seen_avx2(const LayerRectangles& q, const float* s, int width, int side, float margin) { return seen_body(q, s, width, side, margin); }
@@ -119,6 +136,15 @@ std::uint64_t layer_seen_through(const LayerRectangles& rectangles, const float*
   if (simd == voxel::Simd::avx2) return seen_avx2(rectangles, squares, width, side, margin);
 #endif
   return seen_portable(rectangles, squares, width, side, margin);
+}
+
+void layer_pixels(const GridCamera& camera, int x, int y0, int z0, LayerPixels& out, voxel::Simd simd) {
+#if defined(__x86_64__)
+  simd = voxel::resolve(simd);
+  if (simd >= voxel::Simd::avx512) return pixels_avx512(camera, x, y0, z0, out);
+  if (simd == voxel::Simd::avx2) return pixels_avx2(camera, x, y0, z0, out);
+#endif
+  pixels_portable(camera, x, y0, z0, out);
 }
 
 }  // namespace periplus::object_model

@@ -30,4 +30,12 @@ void layer_rectangles(const GridCamera& camera, int x, int y0, int z0, LayerRect
 // of `side` pixels by upper left corner, rows of `width` (SquareMinimum); side <= rectangles.shortest.
 std::uint64_t layer_seen_through(const LayerRectangles& rectangles, const float* squares, int width, int side, float margin, voxel::Simd simd);
 
+// The pixels that the voxels' centres fall on.
+struct LayerPixels {
+  std::int32_t pixel[kLayer];  // row * width + column; -1 behind the camera or beside the image
+  float depth[kLayer];         // of the centre [m]
+};
+
+void layer_pixels(const GridCamera& camera, int x, int y0, int z0, LayerPixels& out, voxel::Simd simd);
+
 }  // namespace periplus::object_model

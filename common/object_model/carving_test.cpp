@@ -107,8 +107,8 @@ TEST(Carving, EmptiesNoVoxelThatTheSphereTouchesAndAllThatAreFarFromIt) {
   for (int n = 0; n < 8; ++n) {
     const Perception p = ideal_view(sphere, n, 8);
     for (const DepthMap& map : p.depth) {
-      const PixelLimits limits = pixel_limits(map, grid.geometry(), kSettings, false, nullptr);
-      empty_voxels(seen_through(grid, map.camera, map.X_WC, limits.limit, kSettings.margin_voxels), false, kSettings, grid, evidence);
+      const PixelLimits limits = pixel_limits(map, grid.geometry(), kSettings, true, nullptr);
+      empty_voxels(seen_through(grid, map.camera, map.X_WC, limits.limit, kSettings.margin_voxels), 1, grid, evidence);
     }
   }
   int touching = 0, far = 0, inside = 0;
@@ -150,7 +150,7 @@ TEST(Carving, PixelsWithoutDepthNeverCarve) {
   // The left half of the image is blind.
   for (int y = 0; y < map.depth.height; ++y)
     for (int x = 0; x < map.depth.width / 2; ++x) map.depth.at(x, y) = 0;
-  const PixelLimits limits = pixel_limits(map, grid.geometry(), kSettings, true, nullptr);
+  const PixelLimits limits = pixel_limits(map, grid.geometry(), kSettings, false, nullptr);
   const auto plane = seen_through(grid, map.camera, map.X_WC, limits.limit, kSettings.margin_voxels);
   const Pose X_CW = map.X_WC.inverse();
   int left = 0, right = 0;
@@ -173,13 +173,83 @@ TEST(PixelLimits, OnlyNarrowGapsOfViewsThatAreNotCautiousClose) {
     for (int x = 50; x < 80; ++x) map.depth.at(x, y) = 0;
   map.depth.at(29, 33) = 1.5f;
   map.depth_minimum = map.depth;
-  const PixelLimits open = pixel_limits(map, g, kSettings, false, nullptr);
+  const PixelLimits open = pixel_limits(map, g, kSettings, true, nullptr);
   EXPECT_FLOAT_EQ(open.limit.at(33, 33), 1.5f);  // the least of its four neighbours
   EXPECT_FLOAT_EQ(open.limit.at(33, 31), 2.0f);
   EXPECT_EQ(open.limit.at(65, 45), 0.0f);
   EXPECT_EQ(open.kind.at(33, 33), PixelKind::none);  // closed, not measured
-  const PixelLimits cautious = pixel_limits(map, g, kSettings, true, nullptr);
+  const PixelLimits cautious = pixel_limits(map, g, kSettings, false, nullptr);
   EXPECT_EQ(cautious.limit.at(33, 33), 0.0f);
+}
+
+// Pixel by pixel: up to the four nearest values.
+TEST(PixelLimits, GapsCloseAsTheFourNearestNeighboursSay) {
+  const voxel::GridGeometry g = voxel::GridGeometry::from_box(make_pose({0, 0, 1}, Eigen::Matrix3d::Identity()), {0.2, 0.2, 0.2}, 0.01);
+  Random random(8);
+  DepthMap map;
+  map.camera = Pinhole::from_vertical_fov(90, 70, 0.5);
+  int closed = 0, open = 0;
+  for (const double share : {0.03, 0.3, 0.8, 0.97}) {
+    map.depth = ImageF(90, 70);
+    for (float& z : map.depth.data) z = random.uniform() < share ? 0.0f : static_cast<float>(random.uniform(1, 2));
+    map.depth_minimum = map.depth;
+    const PixelLimits limits = pixel_limits(map, g, kSettings, true, nullptr);
+    for (int y = 0; y < 70; ++y)
+      for (int x = 0; x < 90; ++x) {
+        const auto neighbour = [&](int dx, int dy) {
+          for (int n = 1; n <= kSettings.gap_px; ++n) {
+            const int u = x + n * dx, v = y + n * dy;
+            if (u < 0 || v < 0 || u >= 90 || v >= 70) break;
+            if (map.depth.at(u, v) > 0) return map.depth.at(u, v);
+          }
+          return 0.0f;
+        };
+        float expected = map.depth.at(x, y);
+        if (!(expected > 0)) {
+          expected = std::min({neighbour(-1, 0), neighbour(1, 0), neighbour(0, -1), neighbour(0, 1)});
+          ++(expected > 0 ? closed : open);
+        }
+        ASSERT_EQ(limits.limit.at(x, y), expected) << x << ", " << y << ", share " << share;
+      }
+  }
+  EXPECT_GT(closed, 1000);
+  EXPECT_GT(open, 1000);
+}
+
+TEST(CarvingRule, FollowsTheSilhouetteAndThePose) {
+  const CarvingRule good = carving_rule(0.9, 0.001, 0.01, kSettings);
+  EXPECT_TRUE(good.close_gaps);
+  EXPECT_EQ(good.votes, 1);
+  EXPECT_EQ(good.margin_voxels, kSettings.margin_voxels);
+  const CarvingRule bare = carving_rule(0.7, 0.001, 0.01, kSettings);
+  EXPECT_FALSE(bare.close_gaps);
+  EXPECT_EQ(bare.votes, kSettings.cautious_votes);
+  EXPECT_EQ(bare.margin_voxels, kSettings.margin_voxels);
+  const CarvingRule lost = carving_rule(0.9, 0.0035, 0.01, kSettings);
+  EXPECT_FALSE(lost.close_gaps);
+  EXPECT_EQ(lost.votes, kSettings.cautious_votes);
+  EXPECT_EQ(lost.margin_voxels, kSettings.uncertain_margin_voxels);
+  EXPECT_EQ(carving_rule(0.9, 0.0035, 0.02, kSettings).votes, 1);   // little beside such voxels
+  EXPECT_EQ(carving_rule(0.9, 0.0024, 0.001, kSettings).votes, 1);  // better than any pose is known
+  EXPECT_EQ(carving_rule(0.9, std::nan(""), 0.01, kSettings).votes, kSettings.cautious_votes);
+}
+
+// Against a great many poses drawn from the covariance.
+TEST(CarvingRule, SigmaOfAPointIsThatOfDrawnPoses) {
+  Random random(5);
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  covariance.diagonal() << 1e-6, 1e-6, 1e-6, 4e-6, 4e-6, 4e-6;
+  const Eigen::Vector3d p(0, 0, 1.5);
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  constexpr int kDraws = 20000;
+  for (int n = 0; n < kDraws; ++n) {
+    const Eigen::Vector3d t(random.normal(), random.normal(), random.normal()), r(random.normal(), random.normal(), random.normal());
+    const Eigen::Vector3d moved = 1e-3 * t + (2e-3 * r).cross(p);
+    squares += moved.cwiseAbs2();
+  }
+  EXPECT_NEAR(point_sigma(covariance, 1.5), std::sqrt(squares.maxCoeff() / kDraws), 1e-4);
+  covariance(0, 0) = 9e-6;
+  EXPECT_NEAR(point_sigma(covariance, 0), 3e-3, 1e-9);
 }
 
 TEST(PixelLimits, KnownSolidsCarveFurtherButNotAcrossADepthEdge) {
@@ -198,7 +268,7 @@ TEST(PixelLimits, KnownSolidsCarveFurtherButNotAcrossADepthEdge) {
   map.depth_minimum = map.depth;
   map.depth_minimum.at(10, 10) = 0.9f;   // something stands there
   map.depth.at(20, 20) = map.depth_minimum.at(20, 20) = 0.95f;  // 5 cm over the table: the object
-  const PixelLimits limits = pixel_limits(map, g, kSettings, false, &world);
+  const PixelLimits limits = pixel_limits(map, g, kSettings, true, &world);
   EXPECT_EQ(limits.kind.at(30, 30), PixelKind::known_solid);
   EXPECT_NEAR(limits.limit.at(30, 30), 1.015, 1e-6);
   EXPECT_NEAR(limits.limit.at(10, 10), 0.9, 1e-6);
@@ -217,18 +287,18 @@ TEST(PixelLimits, TheFloorIsKnownToWithinTheDepthsUncertainty) {
   map.depth.at(20, 20) = 1.97f;   // 3 cm: something lies there
   map.depth_minimum = map.depth;
   map.depth_sigma = ImageF(60, 60, 1, 0.008f);
-  PixelLimits limits = pixel_limits(map, g, kSettings, false, &world);
+  PixelLimits limits = pixel_limits(map, g, kSettings, true, &world);
   EXPECT_EQ(limits.kind.at(30, 30), PixelKind::known_solid);
   EXPECT_EQ(limits.kind.at(10, 10), PixelKind::known_solid);
   EXPECT_EQ(limits.kind.at(20, 20), PixelKind::surface);
   map.depth_sigma = ImageF(60, 60, 1, 0.001f);
-  EXPECT_EQ(pixel_limits(map, g, kSettings, false, &world).kind.at(10, 10), PixelKind::surface);
+  EXPECT_EQ(pixel_limits(map, g, kSettings, true, &world).kind.at(10, 10), PixelKind::surface);
 }
 
 TEST(PixelLimits, RefusesImagesThatDoNotFit) {
   Perception p = ideal_view({}, 0, 4);
   p.depth[0].depth_minimum = ImageF(3, 3);
-  EXPECT_THROW(pixel_limits(p.depth[0], voxel::GridGeometry::from_box(Pose::Identity(), {0.1, 0.1, 0.1}, 0.01), kSettings, false, nullptr), Error);
+  EXPECT_THROW(pixel_limits(p.depth[0], voxel::GridGeometry::from_box(Pose::Identity(), {0.1, 0.1, 0.1}, 0.01), kSettings, true, nullptr), Error);
 }
 
 TEST(CarvingSettings, SayWhichValueIsOutOfRange) {

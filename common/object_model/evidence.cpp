@@ -2,117 +2,164 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <limits>
+
+#include "common/core/error.h"
+#include "common/object_model/evidence_kernel.h"
 
 namespace periplus::object_model {
 
 namespace {
 
 template <class T>
-void count(T& counter) {
-  if (counter < std::numeric_limits<T>::max()) ++counter;
+void count(T& counter, int n) {
+  counter = static_cast<T>(std::min<int>(counter + n, std::numeric_limits<T>::max()));
 }
 
-// Behind the measured depth, noise may have put the surface's voxel [voxels].
-constexpr double kBehind = 0.3;
-// The least depth around a pixel may lie this far before its own and still be the same, slanted surface [voxels].
-constexpr double kSlant = 2.5;
-constexpr double kStep = 0.5;  // [voxels]
+// Adds codes of RunVoxels; neighbours in the image mostly fall into the same voxel and are added at once.
+class Counting {
+ public:
+  explicit Counting(voxel::BrickField<EvidenceBrick>& bricks) : bricks_(&bricks) {}
 
-// Least depth within a voxel's projection about a pixel: what has kept such a voxel from being emptied.
-double least_around(const ImageF& minimum, int x, int y, int radius) {
-  float least = minimum.at(x, y);
-  for (int dy = -radius; dy <= radius; dy += radius)
-    for (int dx = -radius; dx <= radius; dx += radius) {
-      const int u = std::clamp(x + dx, 0, minimum.width - 1), v = std::clamp(y + dy, 0, minimum.height - 1);
-      if (minimum.at(u, v) > 0) least = std::min(least, minimum.at(u, v));
+  template <class Add>
+  void run(const std::int32_t* codes, Add&& add) {
+    std::int32_t code = -1;
+    int n = 0;
+    for (int i = 0; i < kRun; ++i) {
+      if (codes[i] == code) {
+        ++n;
+        continue;
+      }
+      if (code >= 0) add(brick(code), code >> 1 & (voxel::kBrickVoxels - 1), code & 1, n);
+      code = codes[i];
+      n = 1;
     }
-  return least;
-}
+    if (code >= 0) add(brick(code), code >> 1 & (voxel::kBrickVoxels - 1), code & 1, n);
+  }
 
-// Calls visit(word, bit, voxel) for each bit set in `plane`.
-template <class Visit>
-void for_each_bit(const voxel::GridGeometry& g, const std::vector<std::uint64_t>& plane, Visit&& visit) {
-  const Eigen::Vector3i nb = g.bricks();
-  std::size_t word = 0;
-  for (int bx = 0; bx < nb.x(); ++bx)
-    for (int by = 0; by < nb.y(); ++by)
-      for (int bz = 0; bz < nb.z(); ++bz)
-        for (int x = 0; x < 8; ++x, ++word)
-          for (std::uint64_t bits = plane[word]; bits; bits &= bits - 1) {
-            const int b = std::countr_zero(bits);
-            visit(word, 1ull << b, Eigen::Vector3i(bx * 8 + x, by * 8 + (b >> 3), bz * 8 + (b & 7)));
-          }
+ private:
+  EvidenceBrick& brick(std::int32_t code) {
+    const std::int32_t b = code / (2 * voxel::kBrickVoxels);
+    if (b != last_) {
+      found_ = &bricks_->hold(static_cast<std::size_t>(b));
+      last_ = b;
+    }
+    return *found_;
+  }
+
+  voxel::BrickField<EvidenceBrick>* bricks_;
+  EvidenceBrick* found_ = nullptr;
+  std::int32_t last_ = -1;
+};
+
+GridRays grid_rays(const DepthMap& map, const voxel::GridGeometry& g, double margin_voxels) {
+  const double h = g.voxel_size;
+  const Pose X_GC = g.X_WG.inverse() * map.X_WC;
+  const Eigen::Vector3d origin = X_GC.translation() / h, du = X_GC.linear().col(0) / (map.camera.fx * h), dv = X_GC.linear().col(1) / (map.camera.fy * h);
+  const Eigen::Vector3d d1 = X_GC.linear() * map.camera.back_project(0, 0, 1) / h;
+  GridRays r;
+  for (int n = 0; n < 3; ++n) {
+    r.origin[n] = static_cast<float>(origin[n]);
+    r.du[n] = static_cast<float>(du[n]);
+    r.dv[n] = static_cast<float>(dv[n]);
+    r.d1[n] = static_cast<float>(d1[n]);
+    r.size[n] = g.size[n];
+    r.bricks[n] = g.bricks()[n];
+  }
+  r.voxel_m = static_cast<float>(h);
+  r.focal_px = static_cast<float>(std::min(map.camera.fx, 1e6));  // a voxel is wider than any image then
+  r.margin_m = static_cast<float>(margin_voxels * h);
+  r.minimum = map.depth_minimum.data.data();
+  r.width = map.depth.width;
+  r.height = map.depth.height;
+  return r;
 }
 
 }  // namespace
 
-Evidence::Evidence(const voxel::GridGeometry& geometry) {
-  const std::size_t n = static_cast<std::size_t>(geometry.size.x()) * geometry.size.y() * geometry.size.z();
-  points.assign(n, 0);
-  seen.assign(n, 0);
-  solid.assign(n, 0);
-  votes.assign(n, 0);
+VoxelEvidence Evidence::at(const Eigen::Vector3i& v) const {
+  const EvidenceBrick* brick = bricks_.find(voxel::brick_of(geometry_, v));
+  if (!brick) return {};
+  const auto i = static_cast<std::size_t>(voxel::within_brick(v));
+  return {brick->points[i], brick->seen[i], brick->solid[i], brick->votes[i]};
 }
 
-void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::GridGeometry& geometry, const CarvingSettings& settings,
-                Evidence& evidence) {
-  const double h = geometry.voxel_size;
-  const Pose X_GC = geometry.X_WG.inverse() * map.X_WC;
-  const Eigen::Vector3d origin = X_GC.translation() / h;  // [voxels], as the rays
-  const Eigen::Array3d upper = geometry.size.cast<double>().array();
-  const double widest = std::max(map.depth.width, map.depth.height);  // [px]: a voxel before the lens fills the image
-  const auto inside = [&](const Eigen::Vector3d& p) { return (p.array() >= 0).all() && (p.array() < upper).all(); };
-  for (int y = 0; y < map.depth.height; ++y)
-    for (int x = 0; x < map.depth.width; ++x) {
-      const PixelKind kind = limits.kind.at(x, y);
-      if (kind == PixelKind::none) continue;
-      const double z = map.depth.at(x, y);
-      const Eigen::Vector3d ray = X_GC.linear() * map.camera.back_project(x, y, 1) / h;
-      const Eigen::Vector3d point = origin + ray * z;
-      if ((point.array() < -4).any() || (point.array() > upper + 4).any()) continue;
-      if (kind == PixelKind::surface && inside(point)) count(evidence.points[voxel_index(geometry, point.cast<int>())]);
-      auto& counters = kind == PixelKind::surface ? evidence.seen : evidence.solid;
-      const int radius = static_cast<int>(std::clamp(map.camera.fx * h / z, 1.0, widest));
-      const double least = std::max(std::min(least_around(map.depth_minimum, x, y, radius), z), z - kSlant * h) - settings.margin_voxels * h;
-      std::size_t last = std::numeric_limits<std::size_t>::max();
-      for (double t = z + kBehind * h; t > least; t -= kStep * h) {
-        const Eigen::Vector3d p = origin + ray * t;
-        if (!inside(p)) continue;
-        const std::size_t i = voxel_index(geometry, p.cast<int>());
-        if (i != last) count(counters[i]);
-        last = i;
+void Evidence::set(const Eigen::Vector3i& v, const VoxelEvidence& e) {
+  EvidenceBrick& brick = bricks_.hold(voxel::brick_of(geometry_, v));
+  const auto i = static_cast<std::size_t>(voxel::within_brick(v));
+  brick.points[i] = e.points;
+  brick.seen[i] = e.seen;
+  brick.solid[i] = e.solid;
+  brick.votes[i] = e.votes;
+}
+
+void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::GridGeometry& geometry, double margin_voxels, Evidence& evidence,
+                voxel::Simd simd) {
+  require(map.depth.width == map.depth_minimum.width && map.depth.height == map.depth_minimum.height && limits.kind.width == map.depth.width &&
+              limits.kind.height == map.depth.height,
+          ErrorCode::bad_size, "depth, least depth and limits must have one size");
+  const GridRays rays = grid_rays(map, geometry, margin_voxels);
+  simd = voxel::resolve(simd);
+  Counting counting(evidence.bricks());
+  RunVoxels voxels;
+  float depth[kRun] = {};
+  std::uint8_t kind[kRun] = {};
+  for (int y = 0; y < rays.height; ++y) {
+    for (int x0 = 0; x0 < rays.width; x0 += kRun) {
+      const int n = std::min(kRun, rays.width - x0);
+      const std::size_t at = static_cast<std::size_t>(y) * rays.width + x0;
+      std::copy_n(&map.depth.data[at], n, depth);
+      std::uint8_t any = 0;
+      for (int i = 0; i < kRun; ++i) any |= kind[i] = i < n ? static_cast<std::uint8_t>(limits.kind.data[at + static_cast<std::size_t>(i)]) : 0;
+      if (any == 0) continue;
+      run_voxels(rays, x0, y, depth, kind, voxels, simd);
+      if (voxels.steps == 0) continue;
+      counting.run(voxels.point, [](EvidenceBrick& b, int i, int, int times) { count(b.points[static_cast<std::size_t>(i)], times); });
+      for (int k = 0; k < voxels.steps; ++k)
+        counting.run(voxels.step[k], [](EvidenceBrick& b, int i, int solid, int times) { count((solid ? b.solid : b.seen)[static_cast<std::size_t>(i)], times); });
+    }
+  }
+}
+
+void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::OccupancyGrid& grid, Evidence& evidence) {
+  for (std::size_t word = 0; word < plane.size(); ++word) {
+    std::uint64_t empty = plane[word];
+    if (votes > 1 && empty != 0) {
+      EvidenceBrick& brick = evidence.bricks().hold(word / 8);
+      for (std::uint64_t bits = empty; bits; bits &= bits - 1) {
+        const int b = std::countr_zero(bits);
+        std::uint8_t& counter = brick.votes[word % 8 * 64 + static_cast<std::size_t>(b)];
+        count(counter, 1);
+        if (counter < votes) empty &= ~(1ull << b);
       }
     }
-}
-
-void empty_voxels(const std::vector<std::uint64_t>& plane, bool cautious, const CarvingSettings& settings, voxel::OccupancyGrid& grid,
-                  Evidence& evidence) {
-  for_each_bit(grid.geometry(), plane, [&](std::size_t word, std::uint64_t bit, const Eigen::Vector3i& v) {
-    std::uint8_t& votes = evidence.votes[voxel_index(grid.geometry(), v)];
-    count(votes);
-    if (cautious && votes < settings.cautious_votes) return;
-    grid.occupied()[word] &= ~bit;
-    grid.known()[word] &= ~bit;
-    grid.environment()[word] &= ~bit;
-  });
+    grid.occupied()[word] &= ~empty;
+    grid.known()[word] &= ~empty;
+    grid.environment()[word] &= ~empty;
+  }
 }
 
 void label(const std::vector<std::uint64_t>& environment, const CarvingSettings& settings, const Evidence& evidence,
            voxel::OccupancyGrid& grid) {
   grid.known().assign(grid.known().size(), 0);
-  grid.environment() = environment;
-  for (std::size_t w = 0; w < environment.size(); ++w) grid.environment()[w] &= grid.occupied()[w];
-  std::vector<std::uint64_t> open(environment.size());
-  for (std::size_t w = 0; w < open.size(); ++w) open[w] = grid.occupied()[w] & ~environment[w];
-  for_each_bit(grid.geometry(), open, [&](std::size_t word, std::uint64_t bit, const Eigen::Vector3i& v) {
-    const std::size_t i = voxel_index(grid.geometry(), v);
-    if (evidence.points[i] >= settings.known_points || evidence.seen[i] >= settings.seen_points)
-      grid.known()[word] |= bit;
-    else if (evidence.solid[i] >= settings.seen_points)
-      grid.environment()[word] |= bit;
-  });
+  for (std::size_t w = 0; w < environment.size(); ++w) grid.environment()[w] = environment[w] & grid.occupied()[w];
+  for (std::size_t b = 0; b < evidence.bricks().size(); ++b) {
+    const EvidenceBrick* brick = evidence.bricks().find(b);
+    if (!brick) continue;
+    for (std::size_t x = 0; x < 8; ++x) {
+      const std::size_t word = 8 * b + x;
+      const std::uint64_t open = grid.occupied()[word] & ~environment[word];
+      if (open == 0) continue;
+      std::uint64_t known = 0, solid = 0;
+      for (std::size_t i = 0; i < 64; ++i) {
+        const std::size_t v = 64 * x + i;
+        known |= static_cast<std::uint64_t>((brick->points[v] >= settings.known_points) | (brick->seen[v] >= settings.seen_points)) << i;
+        solid |= static_cast<std::uint64_t>(brick->solid[v] >= settings.seen_points) << i;
+      }
+      grid.known()[word] = known & open;
+      grid.environment()[word] |= solid & ~known & open;
+    }
+  }
 }
 
 }  // namespace periplus::object_model

@@ -11,34 +11,53 @@
 // Labels are made anew after each view: a known voxel that is seen through later becomes empty.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "common/object_model/carving.h"
+#include "common/voxel/brick_field.h"
 
 namespace periplus::object_model {
 
-// Index (x * ny + y) * nz + z. Counters stop at their largest value.
-struct Evidence {
-  std::vector<std::uint16_t> points, seen, solid;
-  std::vector<std::uint8_t> votes;  // of depth maps that show the voxel to be empty
-
-  Evidence() = default;
-  explicit Evidence(const voxel::GridGeometry& geometry);
+// Of one voxel. Counters stop at their largest value.
+struct VoxelEvidence {
+  std::uint16_t points = 0, seen = 0, solid = 0;
+  std::uint8_t votes = 0;  // of cautious depth maps that show the voxel to be empty
+  bool operator==(const VoxelEvidence&) const = default;
 };
 
-inline std::size_t voxel_index(const voxel::GridGeometry& g, const Eigen::Vector3i& v) {
-  return (static_cast<std::size_t>(v.x()) * g.size.y() + v.y()) * g.size.z() + v.z();
-}
+// Counters of a brick, in its order of voxels.
+struct EvidenceBrick {
+  std::array<std::uint16_t, voxel::kBrickVoxels> points{}, seen{}, solid{};
+  std::array<std::uint8_t, voxel::kBrickVoxels> votes{};
+  bool operator==(const EvidenceBrick&) const = default;
+};
 
-// Adds the points of one depth map.
-void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::GridGeometry& geometry, const CarvingSettings& settings,
-                Evidence& evidence);
+class Evidence {
+ public:
+  Evidence() = default;
+  explicit Evidence(const voxel::GridGeometry& geometry) : geometry_(geometry), bricks_(geometry) {}
 
-// Adds the votes of a plane of seen_through() and empties the voxels that have enough of them: one from a view that is
-// not cautious, `cautious_votes` otherwise.
-void empty_voxels(const std::vector<std::uint64_t>& plane, bool cautious, const CarvingSettings& settings, voxel::OccupancyGrid& grid,
-                  Evidence& evidence);
+  // Of a voxel inside the grid.
+  VoxelEvidence at(const Eigen::Vector3i& v) const;
+  void set(const Eigen::Vector3i& v, const VoxelEvidence& e);
+
+  const voxel::BrickField<EvidenceBrick>& bricks() const { return bricks_; }
+  voxel::BrickField<EvidenceBrick>& bricks() { return bricks_; }
+  bool operator==(const Evidence& other) const { return bricks_ == other.bricks_; }
+
+ private:
+  voxel::GridGeometry geometry_;
+  voxel::BrickField<EvidenceBrick> bricks_;
+};
+
+// Adds the points of one depth map. The same counts for any `simd`.
+void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::GridGeometry& geometry, double margin_voxels, Evidence& evidence,
+                voxel::Simd simd = voxel::Simd::best);
+
+// Empties the voxels of a plane of seen_through(); where `votes` is above 1, only those that as many depth maps have shown to be empty.
+void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::OccupancyGrid& grid, Evidence& evidence);
 
 // Labels all occupied voxels but those of `environment`, the plane of what was known before the first look.
 void label(const std::vector<std::uint64_t>& environment, const CarvingSettings& settings, const Evidence& evidence,

@@ -24,7 +24,8 @@ struct WallAhead {
     limits.limit = map.depth;
     limits.kind = Image<PixelKind>(400, 400, 1, kind);
   }
-  std::size_t at(int x) const { return voxel_index(g, {x, 10, 10}); }
+  VoxelEvidence at(int x) const { return evidence.at({x, 10, 10}); }
+  void set(int x, std::uint16_t points, std::uint16_t seen, std::uint16_t solid) { evidence.set({x, 10, 10}, {points, seen, solid, 0}); }
   voxel::VoxelState state(int x) const { return grid.state({x, 10, 10}); }
   std::vector<std::uint64_t> plane_of(int x) const {
     std::vector<std::uint64_t> plane(grid.occupied().size(), 0);
@@ -36,15 +37,15 @@ struct WallAhead {
 
 TEST(Evidence, PointsCountWhereTheyFallAndCloselyBefore) {
   WallAhead s(1.005f);  // the middle of voxel 10
-  add_points(s.map, s.limits, s.g, kEvidenceSettings, s.evidence);
-  EXPECT_GT(s.evidence.points[s.at(10)], 100);  // a voxel is some 13 pixels wide
-  EXPECT_EQ(s.evidence.points[s.at(9)], 0);
-  EXPECT_EQ(s.evidence.points[s.at(11)], 0);
-  EXPECT_GT(s.evidence.seen[s.at(10)], 100);
-  EXPECT_GT(s.evidence.seen[s.at(9)], 100);  // before the surface by less than the margin
-  EXPECT_EQ(s.evidence.seen[s.at(7)], 0);
-  EXPECT_EQ(s.evidence.seen[s.at(12)], 0);
-  EXPECT_EQ(s.evidence.solid[s.at(10)], 0);
+  add_points(s.map, s.limits, s.g, kEvidenceSettings.margin_voxels, s.evidence);
+  EXPECT_GT(s.at(10).points, 100);  // a voxel is some 13 pixels wide
+  EXPECT_EQ(s.at(9).points, 0);
+  EXPECT_EQ(s.at(11).points, 0);
+  EXPECT_GT(s.at(10).seen, 100);
+  EXPECT_GT(s.at(9).seen, 100);  // before the surface by less than the margin
+  EXPECT_EQ(s.at(7).seen, 0);
+  EXPECT_EQ(s.at(12).seen, 0);
+  EXPECT_EQ(s.at(10).solid, 0);
 }
 
 // A voxel that would project to more than the image, as through a lens of any focal length.
@@ -52,20 +53,19 @@ TEST(Evidence, VoxelWiderThanTheImageIsLookedForAtItsEdges) {
   for (const double focal_length : {1e6, 2e11, 1e300}) {
     WallAhead s(1.005f);
     s.map.camera.fx = focal_length;
-    add_points(s.map, s.limits, s.g, kEvidenceSettings, s.evidence);
-    EXPECT_GT(s.evidence.points[s.at(10)], 0) << focal_length;
+    add_points(s.map, s.limits, s.g, kEvidenceSettings.margin_voxels, s.evidence);
+    EXPECT_GT(s.at(10).points, 0) << focal_length;
   }
 }
 
 TEST(Evidence, LabelsFollowTheCounters) {
   WallAhead s(1.005f);
-  s.evidence.points[s.at(5)] = 3;
-  s.evidence.points[s.at(6)] = 2;
-  s.evidence.seen[s.at(7)] = 10;
-  s.evidence.seen[s.at(8)] = 9;
-  s.evidence.solid[s.at(9)] = 10;
-  s.evidence.solid[s.at(10)] = 100;
-  s.evidence.points[s.at(10)] = 3;
+  s.set(5, 3, 0, 0);
+  s.set(6, 2, 0, 0);
+  s.set(7, 0, 10, 0);
+  s.set(8, 0, 9, 0);
+  s.set(9, 0, 0, 10);
+  s.set(10, 3, 0, 100);
   label(s.nothing, kEvidenceSettings, s.evidence, s.grid);
   EXPECT_EQ(s.state(5), voxel::VoxelState::known);
   EXPECT_EQ(s.state(6), voxel::VoxelState::unknown);
@@ -79,38 +79,38 @@ TEST(Evidence, LabelsFollowTheCounters) {
 TEST(Evidence, KnownSolidsFromTheStartStayEnvironment) {
   WallAhead s(1.005f);
   const auto table = s.plane_of(4);
-  s.evidence.points[s.at(4)] = 500;
+  s.set(4, 500, 0, 0);
   label(table, kEvidenceSettings, s.evidence, s.grid);
   EXPECT_EQ(s.state(4), voxel::VoxelState::environment);
 }
 
 TEST(Evidence, KnownIsNotSticky) {
   WallAhead s(1.005f);
-  s.evidence.points[s.at(5)] = 30;
+  s.set(5, 30, 0, 0);
   label(s.nothing, kEvidenceSettings, s.evidence, s.grid);
   ASSERT_EQ(s.state(5), voxel::VoxelState::known);
-  empty_voxels(s.plane_of(5), false, kEvidenceSettings, s.grid, s.evidence);
+  empty_voxels(s.plane_of(5), 1, s.grid, s.evidence);
   label(s.nothing, kEvidenceSettings, s.evidence, s.grid);
   EXPECT_EQ(s.state(5), voxel::VoxelState::empty);
 }
 
 TEST(Evidence, CautiousViewsNeedASecondVote) {
   WallAhead s(1.005f);
-  empty_voxels(s.plane_of(5), true, kEvidenceSettings, s.grid, s.evidence);
+  empty_voxels(s.plane_of(5), kEvidenceSettings.cautious_votes, s.grid, s.evidence);
   EXPECT_EQ(s.state(5), voxel::VoxelState::unknown);
-  empty_voxels(s.plane_of(6), true, kEvidenceSettings, s.grid, s.evidence);
+  empty_voxels(s.plane_of(6), kEvidenceSettings.cautious_votes, s.grid, s.evidence);
   EXPECT_EQ(s.state(6), voxel::VoxelState::unknown);
-  empty_voxels(s.plane_of(5), true, kEvidenceSettings, s.grid, s.evidence);
+  empty_voxels(s.plane_of(5), kEvidenceSettings.cautious_votes, s.grid, s.evidence);
   EXPECT_EQ(s.state(5), voxel::VoxelState::empty);
-  empty_voxels(s.plane_of(6), false, kEvidenceSettings, s.grid, s.evidence);
+  empty_voxels(s.plane_of(6), 1, s.grid, s.evidence);
   EXPECT_EQ(s.state(6), voxel::VoxelState::empty);
 }
 
 TEST(Evidence, PointsOfKnownSolidsAreNotTheObjects) {
   WallAhead s(1.005f, PixelKind::known_solid);
-  add_points(s.map, s.limits, s.g, kEvidenceSettings, s.evidence);
-  EXPECT_EQ(s.evidence.points[s.at(10)], 0);
-  EXPECT_GT(s.evidence.solid[s.at(10)], 100);
+  add_points(s.map, s.limits, s.g, kEvidenceSettings.margin_voxels, s.evidence);
+  EXPECT_EQ(s.at(10).points, 0);
+  EXPECT_GT(s.at(10).solid, 100);
   label(s.nothing, kEvidenceSettings, s.evidence, s.grid);
   EXPECT_EQ(s.state(10), voxel::VoxelState::environment);
   EXPECT_EQ(s.state(3), voxel::VoxelState::unknown);

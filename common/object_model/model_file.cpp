@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -14,8 +15,9 @@ namespace periplus::object_model {
 
 namespace {
 
-constexpr std::string_view kMagic = "PERIPLUS-MODEL 2\n", kMagicBefore = "PERIPLUS-MODEL 1\n";
-constexpr std::uint32_t kVersion = 2;
+constexpr std::string_view kMagic = "PERIPLUS-MODEL 3\n";
+constexpr std::string_view kMagicsBefore[] = {"PERIPLUS-MODEL 1\n", "PERIPLUS-MODEL 2\n"};
+constexpr std::uint32_t kVersion = 3;
 constexpr std::size_t kDigest = 64;
 constexpr std::size_t kMostViews = 4096, kMostEvents = 4096, kMostFeatures = 8192, kMostDescriptor = 512;
 constexpr std::uint32_t kMostPixelsASide = 8192;
@@ -52,7 +54,8 @@ std::uint64_t claimed(const proto::View& v) {
 }
 std::uint64_t claimed(const proto::Model& m) {
   std::uint64_t sum = 0;
-  for (const proto::Array* array : {&m.occupied(), &m.known(), &m.environment(), &m.known_solids(), &m.points(), &m.seen(), &m.solid(), &m.votes(), &m.tsdf()})
+  for (const proto::Array* array : {&m.occupied(), &m.known(), &m.environment(), &m.known_solids(), &m.points(), &m.seen(), &m.solid(), &m.votes(), &m.tsdf(),
+                                   &m.evidence_bricks(), &m.tsdf_bricks(), &m.tsdf_free(), &m.log_odds_bricks(), &m.log_odds()})
     sum += claimed(*array);
   return sum;
 }
@@ -237,6 +240,77 @@ std::shared_ptr<const View> view(const proto::View& from) {
   return to;
 }
 
+// The bricks that a field holds, in order; and their values one after another.
+template <class Brick>
+std::vector<std::uint32_t> held(const voxel::BrickField<Brick>& field) {
+  std::vector<std::uint32_t> out;
+  for (std::size_t b = 0; b < field.size(); ++b)
+    if (field.find(b)) out.push_back(static_cast<std::uint32_t>(b));
+  return out;
+}
+
+template <class T, class Brick, class Values>
+std::vector<T> gathered(const voxel::BrickField<Brick>& field, const std::vector<std::uint32_t>& held, Values&& values) {
+  std::vector<T> out;
+  out.reserve(held.size() * voxel::kBrickVoxels);
+  for (const std::uint32_t b : held) {
+    const auto& from = values(*field.find(b));
+    out.insert(out.end(), from.begin(), from.end());
+  }
+  return out;
+}
+
+std::vector<std::uint32_t> bricks(const proto::Array& from, std::size_t bricks, const char* what) {
+  require(from.elements() <= bricks, ErrorCode::bad_size, std::string("the model's `") + what + "` names more bricks than its grid has");
+  const auto out = unpack<std::uint32_t>(from, from.elements(), what);
+  for (std::size_t n = 0; n < out.size(); ++n) {
+    require(out[n] < bricks && (n == 0 || out[n] > out[n - 1]), ErrorCode::bad_input,
+            std::string("the model's `") + what + "` must name bricks of its grid in order, each once");
+  }
+  return out;
+}
+
+template <class T, class Brick, class Values>
+void scatter(const std::vector<T>& from, const std::vector<std::uint32_t>& held, voxel::BrickField<Brick>& field, Values&& values) {
+  for (std::size_t n = 0; n < held.size(); ++n)
+    std::copy_n(&from[n * voxel::kBrickVoxels], voxel::kBrickVoxels, values(field.hold(held[n])).begin());
+}
+
+void read_bricks(const proto::Model& from, ModelState& to) {
+  const auto evidence = bricks(from.evidence_bricks(), to.evidence.bricks().size(), "evidence_bricks");
+  const std::size_t counters = evidence.size() * voxel::kBrickVoxels;
+  scatter(unpack<std::uint16_t>(from.points(), counters, "points"), evidence, to.evidence.bricks(), [](EvidenceBrick& b) -> auto& { return b.points; });
+  scatter(unpack<std::uint16_t>(from.seen(), counters, "seen"), evidence, to.evidence.bricks(), [](EvidenceBrick& b) -> auto& { return b.seen; });
+  scatter(unpack<std::uint16_t>(from.solid(), counters, "solid"), evidence, to.evidence.bricks(), [](EvidenceBrick& b) -> auto& { return b.solid; });
+  scatter(unpack<std::uint8_t>(from.votes(), counters, "votes"), evidence, to.evidence.bricks(), [](EvidenceBrick& b) -> auto& { return b.votes; });
+  if (from.is_probabilistic()) {
+    to.mode = CarvingMode::probabilistic;
+    const auto log_odds = bricks(from.log_odds_bricks(), to.log_odds.bricks().size(), "log_odds_bricks");
+    scatter(unpack<std::int16_t>(from.log_odds(), log_odds.size() * voxel::kBrickVoxels, "log_odds"), log_odds, to.log_odds.bricks(),
+            [](LogOddsBrick& b) -> auto& { return b; });
+  }
+  to.tsdf.free() = unpack<TsdfSample>(from.tsdf_free(), to.tsdf.bricks().size(), "tsdf_free");
+  const auto tsdf = bricks(from.tsdf_bricks(), to.tsdf.bricks().size(), "tsdf_bricks");
+  scatter(unpack<TsdfSample>(from.tsdf(), tsdf.size() * voxel::kBrickVoxels, "tsdf"), tsdf, to.tsdf.bricks(), [](TsdfBrick& b) -> auto& { return b; });
+}
+
+// As versions 1 and 2 wrote them: a value for every voxel of the grid.
+void read_every_voxel(const proto::Model& from, const voxel::GridGeometry& g, ModelState& to) {
+  const std::size_t voxels = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
+  const auto points = unpack<std::uint16_t>(from.points(), voxels, "points"), seen = unpack<std::uint16_t>(from.seen(), voxels, "seen");
+  const auto solid = unpack<std::uint16_t>(from.solid(), voxels, "solid");
+  const auto votes = unpack<std::uint8_t>(from.votes(), voxels, "votes");
+  const auto tsdf = unpack<TsdfSample>(from.tsdf(), voxels, "tsdf");
+  std::size_t i = 0;
+  for (int x = 0; x < g.size.x(); ++x)
+    for (int y = 0; y < g.size.y(); ++y)
+      for (int z = 0; z < g.size.z(); ++z, ++i) {
+        const VoxelEvidence e{points[i], seen[i], solid[i], votes[i]};
+        if (e != VoxelEvidence{}) to.evidence.set({x, y, z}, e);
+        if (tsdf[i].weight != 0) to.tsdf.set({x, y, z}, tsdf[i]);
+      }
+}
+
 void put_state(const ModelState& from, proto::Model& to) {
   to.set_object_id(from.object_id);
   to.set_environment_revision(from.environment_revision);
@@ -251,12 +325,23 @@ void put_state(const ModelState& from, proto::Model& to) {
   pack(from.grid.known(), *to.mutable_known());
   pack(from.grid.environment(), *to.mutable_environment());
   pack(from.known_solids, *to.mutable_known_solids());
-  pack(from.evidence.points, *to.mutable_points());
-  pack(from.evidence.seen, *to.mutable_seen());
-  pack(from.evidence.solid, *to.mutable_solid());
-  pack(from.evidence.votes, *to.mutable_votes());
+  const auto evidence = held(from.evidence.bricks());
+  pack(evidence, *to.mutable_evidence_bricks());
+  pack(gathered<std::uint16_t>(from.evidence.bricks(), evidence, [](const EvidenceBrick& b) { return b.points; }), *to.mutable_points());
+  pack(gathered<std::uint16_t>(from.evidence.bricks(), evidence, [](const EvidenceBrick& b) { return b.seen; }), *to.mutable_seen());
+  pack(gathered<std::uint16_t>(from.evidence.bricks(), evidence, [](const EvidenceBrick& b) { return b.solid; }), *to.mutable_solid());
+  pack(gathered<std::uint8_t>(from.evidence.bricks(), evidence, [](const EvidenceBrick& b) { return b.votes; }), *to.mutable_votes());
   static_assert(sizeof(TsdfSample) == 6 * sizeof(float));
-  pack(from.tsdf.samples(), *to.mutable_tsdf());
+  if (from.mode == CarvingMode::probabilistic) {
+    to.set_is_probabilistic(true);
+    const auto log_odds = held(from.log_odds.bricks());
+    pack(log_odds, *to.mutable_log_odds_bricks());
+    pack(gathered<std::int16_t>(from.log_odds.bricks(), log_odds, [](const LogOddsBrick& b) { return b; }), *to.mutable_log_odds());
+  }
+  pack(from.tsdf.free(), *to.mutable_tsdf_free());
+  const auto tsdf = held(from.tsdf.bricks());
+  pack(tsdf, *to.mutable_tsdf_bricks());
+  pack(gathered<TsdfSample>(from.tsdf.bricks(), tsdf, [](const TsdfBrick& b) { return b; }), *to.mutable_tsdf());
   to.set_version(kVersion);
   to.set_imported(from.imported);
   for (const ModelEvent& e : from.history) {
@@ -288,16 +373,17 @@ ModelState state(const proto::Model& from) {
   check_voxel_count(g);
   const Eigen::Vector3i nb = g.bricks();
   const std::size_t words = static_cast<std::size_t>(nb.x()) * nb.y() * nb.z() * 8;
-  const std::size_t voxels = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
   auto occupied = unpack<std::uint64_t>(from.occupied(), words, "occupied");
   auto known = unpack<std::uint64_t>(from.known(), words, "known");
   auto environment = unpack<std::uint64_t>(from.environment(), words, "environment");
   to.known_solids = unpack<std::uint64_t>(from.known_solids(), words, "known_solids");
-  to.evidence.points = unpack<std::uint16_t>(from.points(), voxels, "points");
-  to.evidence.seen = unpack<std::uint16_t>(from.seen(), voxels, "seen");
-  to.evidence.solid = unpack<std::uint16_t>(from.solid(), voxels, "solid");
-  to.evidence.votes = unpack<std::uint8_t>(from.votes(), voxels, "votes");
-  to.tsdf.samples() = unpack<TsdfSample>(from.tsdf(), voxels, "tsdf");
+  to.evidence = Evidence(g);
+  to.log_odds = LogOdds(g);
+  to.tsdf = Tsdf(g);
+  if (from.version() < 3)
+    read_every_voxel(from, g, to);
+  else
+    read_bricks(from, to);
   to.grid = voxel::OccupancyGrid(g);
   to.grid.revision = from.revision();
   to.grid.adopt(std::move(occupied), std::move(known), std::move(environment));
@@ -375,15 +461,14 @@ std::string write_model(const ObjectModel& model) {
 }
 
 ObjectModel read_model(std::string_view file) {
-  static_assert(kMagic.size() == kMagicBefore.size());
-  if (!file.starts_with(kMagic) && !file.starts_with(kMagicBefore)) {
+  if (!file.starts_with(kMagic) && std::none_of(std::begin(kMagicsBefore), std::end(kMagicsBefore), [&](std::string_view m) { return file.starts_with(m); })) {
     constexpr std::string_view kName = "PERIPLUS-MODEL ";
     const std::size_t end = file.substr(0, kName.size() + 10).find_first_not_of("0123456789", kName.size());
     if (file.starts_with(kName) && end != std::string_view::npos && end > kName.size() && file[end] == '\n') {
       throw_error(ErrorCode::bad_input, "a Periplus model of version " + std::string(file.substr(kName.size(), end - kName.size())) +
-                                            "; this program reads versions 1 and 2: use the program that wrote it");
+                                            "; this program reads versions 1 to " + std::to_string(kVersion) + ": use the program that wrote it");
     }
-    throw_error(ErrorCode::bad_input, "not a Periplus model: it must begin with \"PERIPLUS-MODEL 2\"");
+    throw_error(ErrorCode::bad_input, "not a Periplus model: it must begin with \"PERIPLUS-MODEL 3\"");
   }
   const std::size_t header = kMagic.size() + kDigest + 1;
   require(file.size() > header, ErrorCode::bad_input, "the model file ends within its header");

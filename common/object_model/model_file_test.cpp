@@ -8,8 +8,10 @@
 #include "common/core/error.h"
 #include "common/core/hash.h"
 #include "common/core/random.h"
+#include "common/object_model/compression.h"
 #include "common/object_model/model.pb.h"
 #include "common/object_model/model_export.h"
+#include "common/object_model/testing/older_form.h"
 #include "common/object_model/testing/sphere_views.h"
 
 namespace periplus::object_model {
@@ -29,9 +31,8 @@ void expect_same(const ObjectModel& a, const ObjectModel& b) {
   EXPECT_EQ(a.state().object_id, b.state().object_id);
   EXPECT_EQ(a.state().environment_revision, b.state().environment_revision);
   EXPECT_EQ(a.grid().revision, b.grid().revision);
-  EXPECT_EQ(a.state().evidence.points, b.state().evidence.points);
-  EXPECT_EQ(a.state().evidence.votes, b.state().evidence.votes);
-  EXPECT_EQ(a.state().tsdf.samples(), b.state().tsdf.samples());
+  EXPECT_TRUE(a.state().evidence == b.state().evidence);
+  EXPECT_TRUE(a.state().tsdf == b.state().tsdf);
   EXPECT_EQ(a.state().known_solids, b.state().known_solids);
   ASSERT_EQ(a.state().views.size(), b.state().views.size());
   for (std::size_t i = 0; i < a.state().views.size(); ++i) {
@@ -102,8 +103,8 @@ TEST(ModelFile, OtherVersionsAreNamed) {
     return "";
   };
   std::string file = write_model(small_model());
-  file.replace(0, std::string("PERIPLUS-MODEL 2").size(), "PERIPLUS-MODEL 12");
-  EXPECT_NE(refusal(file).find("version 12; this program reads versions 1 and 2"), std::string::npos);
+  file.replace(0, std::string("PERIPLUS-MODEL 3").size(), "PERIPLUS-MODEL 12");
+  EXPECT_NE(refusal(file).find("version 12; this program reads versions 1 to 3"), std::string::npos);
   for (const char* text : {"", "PERIPLUS-MODEL ", "PERIPLUS-MODEL \n", "PERIPLUS-MODEL x\n", "PERIPLUS-MODEL 99999999999999\n", "resolution_px: [640, 480]\n"})
     EXPECT_NE(refusal(text).find("must begin with"), std::string::npos) << text;
 }
@@ -118,8 +119,45 @@ TEST(ModelFile, DamageIsNoticedByTheChecksum) {
   flipped[file.size() / 2] ^= 1;
   EXPECT_THROW(read_model(flipped), Error);
   std::string newer = file;
-  newer[15] = '3';
+  newer[15] = '4';
   EXPECT_THROW(read_model(newer), Error);
+}
+
+TEST(ModelFile, ReadsVersion2) {
+  const ObjectModel model = small_model();
+  proto::Model m;
+  ASSERT_TRUE(m.ParseFromString(write_model(model).substr(17 + 64 + 1)));
+  put_every_voxel(model, m);
+  m.set_version(2);
+  const std::string payload = m.SerializeAsString();
+  expect_same(model, read_model("PERIPLUS-MODEL 2\n" + sha256_hex(payload) + "\n" + payload));
+}
+
+// Bricks that the grid has not, or not in order.
+TEST(ModelFile, NamesOfBricksAreChecked) {
+  const ObjectModel model = small_model();
+  proto::Model m;
+  ASSERT_TRUE(m.ParseFromString(write_model(model).substr(17 + 64 + 1)));
+  const auto refused = [&](const std::vector<std::uint32_t>& bricks) {
+    proto::Model bad = m;
+    bad.mutable_tsdf_bricks()->set_elements(bricks.size());
+    bad.mutable_tsdf_bricks()->set_deflated(pack_bytes(bricks.data(), bricks.size(), 4));
+    bad.mutable_tsdf()->set_elements(512 * bricks.size());
+    const std::vector<TsdfSample> samples(512 * bricks.size());
+    bad.mutable_tsdf()->set_deflated(pack_bytes(samples.data(), samples.size(), sizeof(TsdfSample)));
+    const std::string payload = bad.SerializeAsString();
+    try {
+      read_model("PERIPLUS-MODEL 3\n" + sha256_hex(payload) + "\n" + payload);
+    } catch (const Error&) {
+      return true;
+    }
+    return false;
+  };
+  const auto bricks = static_cast<std::uint32_t>(voxel::brick_count(model.grid().geometry()));
+  EXPECT_FALSE(refused({0, bricks - 1}));
+  EXPECT_TRUE(refused({0, bricks}));
+  EXPECT_TRUE(refused({1, 0}));
+  EXPECT_TRUE(refused({1, 1}));
 }
 
 // As version 1 wrote it: the left eye's depth without its minimum, no version, no references.
@@ -128,6 +166,7 @@ TEST(ModelFile, ReadsVersion1) {
   proto::Model m;
   ASSERT_TRUE(m.ParseFromString(write_model(model).substr(17 + 64 + 1)));
   m.clear_version();
+  put_every_voxel(model, m);
   for (proto::View& v : *m.mutable_views()) {
     *v.mutable_depth() = v.depth_maps(0).depth();
     v.set_depth_width(v.width());
@@ -146,7 +185,7 @@ TEST(ModelFile, ReadsVersion1) {
   EXPECT_FALSE(read_model(write_model(old)).can_be_revised());
   m.clear_views();
   EXPECT_FALSE(is_current(m.SerializeAsString()));
-  m.set_version(3);
+  m.set_version(4);
   EXPECT_THROW(read_parts(m.SerializeAsString(), {}), Error);
 }
 

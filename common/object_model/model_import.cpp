@@ -96,14 +96,16 @@ ModelState state_of(const CellBounds& bounds, double voxel_size, const std::stri
   s.grid = voxel::OccupancyGrid(g);
   s.known_solids = s.grid.environment();
   s.evidence = Evidence(g);
+  s.log_odds = LogOdds(g);
   s.tsdf = Tsdf(g);
   return s;
 }
 
 void mark_known(ModelState& s, const Eigen::Vector3i& v) {
   s.grid.set_state(v, voxel::VoxelState::known);
-  std::uint16_t& points = s.evidence.points[voxel_index(s.grid.geometry(), v)];
-  points = std::max<std::uint16_t>(points, static_cast<std::uint16_t>(CarvingSettings{}.known_points));
+  VoxelEvidence evidence = s.evidence.at(v);
+  evidence.points = std::max<std::uint16_t>(evidence.points, static_cast<std::uint16_t>(CarvingSettings{}.known_points));
+  s.evidence.set(v, evidence);
 }
 
 void check_voxel_size(double voxel_size) {

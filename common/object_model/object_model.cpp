@@ -109,6 +109,7 @@ ObjectModel::ObjectModel(const std::string& object_id, const ObjectBox& box, dou
   state_.grid = voxel::OccupancyGrid(g);
   state_.grid.revision = revision;
   state_.evidence = Evidence(g);
+  state_.log_odds = LogOdds(g);
   state_.tsdf = Tsdf(g);
   if (surroundings.collision) {
     // A little less than a voxel, so that one which only shares a face with the table is not the table's.
@@ -138,15 +139,20 @@ ObjectModel::ObjectModel(ModelState state) : state_(std::move(state)) {
   const voxel::GridGeometry& g = state_.grid.geometry();
   g.check();
   check_voxel_count(g);
-  const std::size_t n = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
-  require(state_.known_solids.size() == state_.grid.occupied().size() && state_.evidence.points.size() == n &&
-              state_.evidence.seen.size() == n && state_.evidence.solid.size() == n && state_.evidence.votes.size() == n &&
-              state_.tsdf.samples().size() == n,
+  const std::size_t bricks = voxel::brick_count(g);
+  require(state_.known_solids.size() == state_.grid.occupied().size() && state_.evidence.bricks().size() == bricks &&
+              state_.log_odds.bricks().size() == bricks && state_.tsdf.bricks().size() == bricks &&
+              state_.tsdf.free().size() == bricks,
           ErrorCode::bad_size, "the parts of the stored model do not fit its grid");
-  for (const TsdfSample& s : state_.tsdf.samples())
+  const auto check = [](const TsdfSample& s) {
     require(std::isfinite(s.distance) && std::isfinite(s.weight) && s.weight >= 0 && std::isfinite(s.r) && std::isfinite(s.g) &&
                 std::isfinite(s.b) && std::isfinite(s.color_weight),
             ErrorCode::not_finite, "the stored signed distances hold a number that is not finite");
+  };
+  for (std::size_t b = 0; b < bricks; ++b) {
+    check(state_.tsdf.free()[b]);
+    if (const TsdfBrick* brick = state_.tsdf.bricks().find(b)) std::for_each(brick->begin(), brick->end(), check);
+  }
 }
 
 std::shared_ptr<const View> ObjectModel::view(const std::string& view_id) const {
@@ -159,6 +165,8 @@ Integration ObjectModel::integrate(const Perception& perception, const Surroundi
   if (const auto before = view(perception.view_id)) return before->result;
   settings.check();
   check_perception(perception);
+  require(state_.views.empty() || settings.mode == state_.mode, ErrorCode::bad_input,
+          "the object's views so far were carved in the other mode; begin it with `reset`, or have its views carved again (model/revise)");
   auto kept = std::make_shared<View>();
   kept->view_id = perception.view_id;
   kept->stamp_ns = perception.stamp_ns;
@@ -183,23 +191,32 @@ Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& sur
   fault_point("model.seen_before");
   const auto unknown_before = state_.grid.counts().unknown;
 
-  const bool cautious = view->silhouette_valid_share < settings.cautious_share;
+  const CarvingRule rule = carving_rule(view->silhouette_valid_share, point_sigma(view->covariance, (view->X_WC.translation() - state_.box.X_WB.translation()).norm()),
+                                        g.voxel_size, settings);
+  const bool probabilistic = settings.mode == CarvingMode::probabilistic;
+  state_.mode = settings.mode;
   bool left = true;
   for (const StoredDepth& stored : view->depth) {
-    const DepthMap map = restore_depth(stored, view->X_WC);
-    const PixelLimits limits = pixel_limits(map, g, settings, cautious, surroundings.collision.get());
+    DepthMap map = restore_depth(stored, view->X_WC);
+    if (probabilistic) map = without_outliers(map, settings.log_odds.support_share, settings.log_odds.support_voxels * g.voxel_size);
+    const PixelLimits limits = pixel_limits(map, g, settings, rule.close_gaps, surroundings.collision.get());
     fault_point(left ? "model.left.limited" : "model.right.limited");
-    empty_voxels(seen_through(state_.grid, map.camera, map.X_WC, limits.limit, settings.margin_voxels), cautious, settings, state_.grid,
-                 state_.evidence);
+    if (probabilistic)
+      state_.log_odds.integrate(map, limits, view->rig.camera.fx * view->rig.baseline, rule, settings);
+    else
+      empty_voxels(seen_through(state_.grid, map.camera, map.X_WC, limits.limit, rule.margin_voxels), rule.votes, state_.grid, state_.evidence);
     fault_point(left ? "model.left.carved" : "model.right.carved");
-    add_points(map, limits, g, settings, state_.evidence);
+    add_points(map, limits, g, rule.margin_voxels, state_.evidence);
     fault_point(left ? "model.left.counted" : "model.right.counted");
     // The colours are the left eye's.
-    state_.tsdf.integrate(map, limits, left ? view->color : ImageU8{}, g, settings.truncation_voxels * g.voxel_size);
+    state_.tsdf.integrate(map, limits, left ? view->color : ImageU8{}, settings.truncation_voxels * g.voxel_size);
     left = false;
   }
   fault_point("model.surface");
-  label(state_.known_solids, settings, state_.evidence, state_.grid);
+  if (probabilistic)
+    state_.log_odds.label(state_.known_solids, settings, state_.evidence, state_.grid);
+  else
+    label(state_.known_solids, settings, state_.evidence, state_.grid);
   fault_point("model.labelled");
   ++state_.grid.revision;
 
@@ -267,7 +284,7 @@ void ObjectModel::note(ModelEvent event) {
 
 bool ObjectModel::is_measured(const Eigen::Vector3i& voxel, const CarvingSettings& settings) const {
   return state_.grid.state(voxel) == voxel::VoxelState::known &&
-         state_.evidence.points[voxel_index(state_.grid.geometry(), voxel)] >= settings.known_points;
+         state_.evidence.at(voxel).points >= settings.known_points;
 }
 
 std::vector<Landmark> ObjectModel::landmarks(const LandmarkSettings& settings) const {

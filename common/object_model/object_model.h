@@ -12,6 +12,7 @@
 #include "common/object_model/carving.h"
 #include "common/object_model/evidence.h"
 #include "common/object_model/landmarks.h"
+#include "common/object_model/log_odds.h"
 #include "common/object_model/perception.h"
 #include "common/object_model/stored_depth.h"
 #include "common/object_model/tsdf.h"
@@ -83,9 +84,11 @@ struct ModelState {
   voxel::OccupancyGrid grid;
   std::vector<std::uint64_t> known_solids;          // plane: environment before the first look
   Evidence evidence;
+  LogOdds log_odds;                                 // nothing is held unless it is carved in the probabilistic mode
   Tsdf tsdf;
   std::vector<std::shared_ptr<const View>> views;   // in the order of integration
   std::vector<ModelEvent> history;                  // the last 4096
+  CarvingMode mode = CarvingMode::conservative;     // of the views so far
   bool imported = false;                            // the grid says more than the views, and cannot be carved again
 };
 
@@ -99,7 +102,8 @@ class ObjectModel {
   explicit ObjectModel(ModelState state);
 
   // Carves, labels and attaches the features of one view. A view that was integrated before changes nothing and gives
-  // the same answer. Throws Error(bad_size | bad_input | not_finite) and leaves the model as it was.
+  // the same answer. Throws Error(bad_size | bad_input | not_finite) and leaves the model as it was; bad_input too if the views so far were
+  // carved in the other mode.
   Integration integrate(const Perception& perception, const Surroundings& surroundings, const CarvingSettings& settings);
 
   // The same object with some views' poses made better and some views left out, carved anew from the depth maps that are kept: as if it had

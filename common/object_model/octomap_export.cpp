@@ -62,7 +62,7 @@ std::string export_ot(const ObjectModel& model) {
   octomap::ColorOcTree tree(g.voxel_size);
   for_each_leaf(model.grid(), [&](const octomap::OcTreeKey& key, const Eigen::Vector3i& v, voxel::VoxelState s) {
     octomap::ColorOcTreeNode* node = tree.updateNode(key, s != voxel::VoxelState::empty, true);
-    const TsdfSample& sample = model.state().tsdf.samples()[voxel_index(g, v)];
+    const TsdfSample sample = model.state().tsdf.at(v);
     if (s == voxel::VoxelState::empty) return;
     if (sample.color_weight > 0)
       node->setColor(octet(sample.r), octet(sample.g), octet(sample.b));

@@ -21,12 +21,12 @@ double rise(const ModelState& s, const Eigen::Vector3i& v, int axis) {
   const voxel::GridGeometry& g = s.grid.geometry();
   double difference = 0;
   int steps = 0;
-  const float here = s.tsdf.samples()[voxel_index(g, v)].distance;
+  const float here = s.tsdf.at(v).distance;
   for (const int side : {-1, 1}) {
     Eigen::Vector3i w = v;
     w[axis] += side;
     if (!g.contains(w)) continue;
-    const TsdfSample& sample = s.tsdf.samples()[voxel_index(g, w)];
+    const TsdfSample sample = s.tsdf.at(w);
     if (sample.weight <= 0) continue;
     difference += side * (static_cast<double>(sample.distance) - here);
     ++steps;
@@ -56,7 +56,7 @@ SurfacePoints surface_points(const ObjectModel& model) {
       for (int z = 0; z < g.size.z(); ++z) {
         const Eigen::Vector3i v(x, y, z);
         if (s.grid.state(v) != voxel::VoxelState::known) continue;
-        const TsdfSample& sample = s.tsdf.samples()[voxel_index(g, v)];
+        const TsdfSample sample = s.tsdf.at(v);
         Eigen::Vector3d center = v.cast<double>().array() + 0.5, normal = Eigen::Vector3d::Zero(), point = center;
         if (sample.weight > 0) {
           const Eigen::Vector3d gradient(rise(s, v, 0), rise(s, v, 1), rise(s, v, 2));

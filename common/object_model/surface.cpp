@@ -5,8 +5,6 @@
 #include <optional>
 #include <unordered_map>
 
-#include "common/object_model/evidence.h"
-
 namespace periplus::object_model {
 
 namespace {
@@ -24,7 +22,6 @@ struct Vertex {
 
 SurfaceMesh extract_surface(const voxel::OccupancyGrid& grid, const Tsdf& tsdf, double truncation) {
   const voxel::GridGeometry& g = grid.geometry();
-  const auto& samples = tsdf.samples();
   std::vector<Vertex> vertices;
   std::unordered_map<std::size_t, std::uint32_t> vertex_of_cell;  // cell: least corner, shifted by one
   const auto vertex = [&](const Eigen::Vector3i& cell) -> std::uint32_t {
@@ -39,13 +36,13 @@ SurfaceMesh extract_surface(const voxel::OccupancyGrid& grid, const Tsdf& tsdf, 
     for (int y = 0; y < g.size.y(); ++y)
       for (int z = 0; z < g.size.z(); ++z) {
         const Eigen::Vector3i a(x, y, z);
-        const TsdfSample& sa = samples[voxel_index(g, a)];
+        const TsdfSample sa = tsdf.at(a);
         if (sa.weight <= kLeastWeight) continue;
         for (int axis = 0; axis < 3; ++axis) {
           Eigen::Vector3i b = a;
           ++b[axis];
           if (!g.contains(b)) continue;
-          const TsdfSample& sb = samples[voxel_index(g, b)];
+          const TsdfSample sb = tsdf.at(b);
           if (sb.weight <= kLeastWeight || (sa.distance > 0) == (sb.distance > 0)) continue;
           if (std::abs(sa.distance - sb.distance) > 0.98 * truncation) continue;
           if (grid.state(a) != voxel::VoxelState::known && grid.state(b) != voxel::VoxelState::known) continue;

@@ -17,11 +17,12 @@ using namespace testing;
 Tsdf sphere_field(const voxel::GridGeometry& g, const Sphere& sphere) {
   Tsdf tsdf(g);
   for_each_voxel(g, [&](const Eigen::Vector3i& v) {
-    TsdfSample& s = tsdf.samples()[voxel_index(g, v)];
+    TsdfSample s;
     s.distance = static_cast<float>(std::clamp((g.center_world(v) - sphere.center).norm() - sphere.radius, -0.03, 0.03));
     s.weight = 1;
     s.r = 250;
     s.color_weight = 1;
+    tsdf.set(v, s);
   });
   return tsdf;
 }
@@ -67,7 +68,7 @@ TEST(Surface, StandsOnlyNextToKnownVoxels) {
 TEST(Surface, SkipsJumpsFromOneSurfaceToAnother) {
   const voxel::GridGeometry g = voxel::GridGeometry::from_box(Pose::Identity(), {0.1, 0.1, 0.1}, 0.01);
   Tsdf tsdf(g);
-  for_each_voxel(g, [&](const Eigen::Vector3i& v) { tsdf.samples()[voxel_index(g, v)] = {v.x() < 5 ? 0.03f : -0.03f, 1, 0, 0, 0, 0}; });
+  for_each_voxel(g, [&](const Eigen::Vector3i& v) { tsdf.set(v, {v.x() < 5 ? 0.03f : -0.03f, 1, 0, 0, 0, 0}); });
   EXPECT_TRUE(extract_surface(known_where(g, [](const Eigen::Vector3i&) { return true; }), tsdf, 0.03).triangles.empty());
 }
 

@@ -3,52 +3,129 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/object_model/grid_projection.h"
+#include "common/object_model/image_minimum.h"
+
 namespace periplus::object_model {
 
 namespace {
+
 // Colours are taken this close to the surface [voxels].
 constexpr double kColorBand = 1.5;
 // A known solid leaves this much before it untouched [voxels].
 constexpr double kSolidClearance = 1.5;
+constexpr float kFarthest = 1e9f;
+
+// Depths that say something; 0 where there is none.
+ImageF speaking(const DepthMap& map, const PixelLimits& limits) {
+  ImageF out(map.camera.width, map.camera.height);
+  for (std::size_t i = 0; i < out.data.size(); ++i) out.data[i] = limits.kind.data[i] != PixelKind::none ? map.depth.data[i] : 0.0f;
+  return out;
+}
+
 }  // namespace
 
-Tsdf::Tsdf(const voxel::GridGeometry& geometry)
-    : samples_(static_cast<std::size_t>(geometry.size.x()) * geometry.size.y() * geometry.size.z()) {}
+TsdfSample Tsdf::at(const Eigen::Vector3i& v) const {
+  const std::size_t at = voxel::brick_of(geometry_, v);
+  const TsdfBrick* brick = bricks_.find(at);
+  return brick ? (*brick)[static_cast<std::size_t>(voxel::within_brick(v))] : free_[at];
+}
 
-void Tsdf::integrate(const DepthMap& map, const PixelLimits& limits, const ImageU8& color, const voxel::GridGeometry& geometry,
-                     double truncation) {
-  const double h = geometry.voxel_size;
-  const Pose X_CG = map.X_WC.inverse() * geometry.X_WG;
+void Tsdf::set(const Eigen::Vector3i& v, const TsdfSample& sample) {
+  const std::size_t at = voxel::brick_of(geometry_, v);
+  if (!bricks_.find(at)) bricks_.hold(at) = brick(at, voxel::OccupancyGrid(geometry_).occupied());
+  (*bricks_.find(at))[static_cast<std::size_t>(voxel::within_brick(v))] = sample;
+}
+
+TsdfBrick Tsdf::brick(std::size_t at, const std::vector<std::uint64_t>& inside) const {
+  if (const TsdfBrick* held = bricks_.find(at)) return *held;
+  TsdfBrick out{};
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (inside[8 * at + i / 64] >> i % 64 & 1) out[i] = free_[at];
+  }
+  return out;
+}
+
+bool Tsdf::operator==(const Tsdf& other) const {
+  if (bricks_.size() != other.bricks_.size()) return false;
+  const voxel::OccupancyGrid all(geometry_);
+  for (std::size_t b = 0; b < bricks_.size(); ++b) {
+    if (!bricks_.find(b) && !other.bricks_.find(b) ? !(free_[b] == other.free_[b]) : brick(b, all.occupied()) != other.brick(b, all.occupied())) return false;
+  }
+  return true;
+}
+
+void Tsdf::integrate(const DepthMap& map, const PixelLimits& limits, const ImageU8& color, double truncation, voxel::Simd simd) {
+  const double h = geometry_.voxel_size;
   const bool colored = color.channels == 3 && color.width == map.camera.width && color.height == map.camera.height;
-  std::size_t i = 0;
-  for (int x = 0; x < geometry.size.x(); ++x)
-    for (int y = 0; y < geometry.size.y(); ++y)
-      for (int z = 0; z < geometry.size.z(); ++z, ++i) {
-        const Eigen::Vector3d p = X_CG * (Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5) * h);
-        if (p.z() < 1e-3) continue;
-        const Eigen::Vector2d pixel = map.camera.project(p);
-        if (!(pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < map.camera.width - 0.5 && pixel.y() < map.camera.height - 0.5))
+  const GridProjection projection(map.camera, map.X_WC, geometry_);
+  const ImageF depths = speaking(map, limits);
+  const BlockRange ranges(depths);
+  simd = voxel::resolve(simd);
+  const auto most = static_cast<float>(truncation), clearance = static_cast<float>(kSolidClearance * h), band = static_cast<float>(kColorBand * h);
+  const Eigen::Vector3i nb = geometry_.bricks();
+  const voxel::OccupancyGrid all(geometry_);  // bits beyond the grid's size are 0
+  LayerPixels pixels[8];
+  std::size_t brick = 0;
+  for (int bx = 0; bx < nb.x(); ++bx) {
+    for (int by = 0; by < nb.y(); ++by) {
+      for (int bz = 0; bz < nb.z(); ++bz, ++brick) {
+        const BrickView view(projection, bx, by, bz);
+        if (view.out_of_view) continue;
+        TsdfBrick* samples = bricks_.find(brick);
+        float least = 0, greatest = kFarthest;
+        if (view.in_front) ranges.range(view.x0, view.y0, view.x1, view.y1, least, greatest);
+        if (greatest < static_cast<float>(view.near) - most) continue;  // all of it is far behind what was seen
+        if (!samples && view.inside && least > static_cast<float>(view.far) + most) {
+          TsdfSample& free = free_[brick];
+          free.distance = (free.distance * free.weight + most) / (free.weight + 1);
+          free.weight += 1;
           continue;
-        const int u = static_cast<int>(pixel.x() + 0.5), v = static_cast<int>(pixel.y() + 0.5);
-        const PixelKind kind = limits.kind.at(u, v);
-        if (kind == PixelKind::none) continue;
-        const double s = map.depth.at(u, v) - p.z();
-        if (s < -truncation || (kind == PixelKind::known_solid && s < kSolidClearance * h)) continue;
-        TsdfSample& sample = samples_[i];
-        // What lies behind the surface is seen with fading certainty.
-        const float weight = s < 0 ? static_cast<float>(1 + s / truncation) : 1.0f;
-        if (weight <= 0) continue;
-        const float sum = sample.weight + weight;
-        sample.distance = (sample.distance * sample.weight + weight * static_cast<float>(std::min(s, truncation))) / sum;
-        sample.weight = sum;
-        if (!colored || kind != PixelKind::surface || std::abs(s) > kColorBand * h) continue;
-        const float color_sum = sample.color_weight + weight;
-        const float share = weight / color_sum;
-        sample.r += (static_cast<float>(color.at(u, v, 0)) - sample.r) * share;
-        sample.g += (static_cast<float>(color.at(u, v, 1)) - sample.g) * share;
-        sample.b += (static_cast<float>(color.at(u, v, 2)) - sample.b) * share;
-        sample.color_weight = color_sum;
+        }
+        bool any = false;
+        for (int x = 0; x < 8; ++x) {
+          layer_pixels(projection.camera, 8 * bx + x, 8 * by, 8 * bz, pixels[x], simd);
+          const std::uint64_t inside = all.occupied()[8 * brick + static_cast<std::size_t>(x)];
+          for (int i = 0; i < kLayer; ++i) {
+            std::int32_t& pixel = pixels[x].pixel[i];
+            const auto at = static_cast<std::size_t>(std::max(pixel, 0));
+            const float s = depths.data[at] - pixels[x].depth[i];
+            const bool says = (inside >> i & 1) && pixel >= 0 && depths.data[at] > 0 && s > -most &&
+                              (s >= clearance || limits.kind.data[at] == PixelKind::surface);
+            pixel = says ? pixel : -1;
+            any |= says;
+          }
+        }
+        if (!any) continue;
+        if (!samples) {
+          const TsdfBrick free = this->brick(brick, all.occupied());
+          samples = &bricks_.hold(brick);
+          *samples = free;
+        }
+        for (int x = 0; x < 8; ++x) {
+          for (int i = 0; i < kLayer; ++i) {
+            const std::int32_t pixel = pixels[x].pixel[i];
+            if (pixel < 0) continue;
+            const auto at = static_cast<std::size_t>(pixel);
+            const PixelKind kind = limits.kind.data[at];
+            const float s = depths.data[at] - pixels[x].depth[i];
+            TsdfSample& sample = (*samples)[static_cast<std::size_t>(64 * x + i)];
+            // What lies behind the surface is seen with fading certainty.
+            const float weight = s < 0 ? 1 + s / most : 1.0f;
+            const float sum = sample.weight + weight;
+            sample.distance = (sample.distance * sample.weight + weight * std::min(s, most)) / sum;
+            sample.weight = sum;
+            if (!colored || kind != PixelKind::surface || std::abs(s) > band) continue;
+            const float color_sum = sample.color_weight + weight, share = weight / color_sum;
+            sample.r += (static_cast<float>(color.data[3 * at]) - sample.r) * share;
+            sample.g += (static_cast<float>(color.data[3 * at + 1]) - sample.g) * share;
+            sample.b += (static_cast<float>(color.data[3 * at + 2]) - sample.b) * share;
+            sample.color_weight = color_sum;
+          }
+        }
       }
+    }
+  }
 }
 
 }  // namespace periplus::object_model

@@ -2,10 +2,12 @@
 // where the surface lies within the voxels. Distances are along the optical axis, positive before the surface [m].
 #pragma once
 
-#include <cstddef>
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "common/object_model/carving.h"
+#include "common/voxel/brick_field.h"
 
 namespace periplus::object_model {
 
@@ -17,22 +19,37 @@ struct TsdfSample {
   bool operator==(const TsdfSample&) const = default;
 };
 
+using TsdfBrick = std::array<TsdfSample, voxel::kBrickVoxels>;
+
 class Tsdf {
  public:
   Tsdf() = default;
-  explicit Tsdf(const voxel::GridGeometry& geometry);
+  explicit Tsdf(const voxel::GridGeometry& geometry) : geometry_(geometry), bricks_(geometry), free_(voxel::brick_count(geometry)) {}
 
   // Adds one depth map; `color` (rgb) must fit the map's camera and may be empty. Depths of known solids say only what is
-  // free: the table gets no surface.
-  void integrate(const DepthMap& map, const PixelLimits& limits, const ImageU8& color, const voxel::GridGeometry& geometry,
-                 double truncation);
+  // free: the table gets no surface. A brick that depth maps have shown to be free as a whole, and nothing else, is kept as
+  // one sample. The same samples for any `simd`.
+  void integrate(const DepthMap& map, const PixelLimits& limits, const ImageU8& color, double truncation, voxel::Simd simd = voxel::Simd::best);
 
-  // Index as voxel_index().
-  const std::vector<TsdfSample>& samples() const { return samples_; }
-  std::vector<TsdfSample>& samples() { return samples_; }
+  // Of a voxel inside the grid.
+  TsdfSample at(const Eigen::Vector3i& v) const;
+  void set(const Eigen::Vector3i& v, const TsdfSample& sample);
+
+  const voxel::BrickField<TsdfBrick>& bricks() const { return bricks_; }
+  voxel::BrickField<TsdfBrick>& bricks() { return bricks_; }
+  // Of the bricks that are not held: the sample of each of their voxels.
+  const std::vector<TsdfSample>& free() const { return free_; }
+  std::vector<TsdfSample>& free() { return free_; }
+  // Equal samples, however they are kept.
+  bool operator==(const Tsdf& other) const;
 
  private:
-  std::vector<TsdfSample> samples_;
+  // All of a brick's samples; zeros beyond the grid's size. `inside`: the words of all voxels of the grid.
+  TsdfBrick brick(std::size_t at, const std::vector<std::uint64_t>& inside) const;
+
+  voxel::GridGeometry geometry_;
+  voxel::BrickField<TsdfBrick> bricks_;
+  std::vector<TsdfSample> free_;
 };
 
 }  // namespace periplus::object_model

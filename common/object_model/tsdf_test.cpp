@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/object_model/evidence.h"
+#include "common/object_model/testing/sphere_views.h"
 
 namespace periplus::object_model {
 namespace {
@@ -21,13 +21,13 @@ struct Wall {
     limits.kind = Image<PixelKind>(200, 200, 1, kind);
     for (std::size_t i = 0; i < color.data.size(); ++i) color.data[i] = static_cast<std::uint8_t>(10 * (i % 3 + 1));
   }
-  const TsdfSample& sample(const Tsdf& tsdf, int x) const { return tsdf.samples()[voxel_index(g, {x, 10, 10})]; }
+  TsdfSample sample(const Tsdf& tsdf, int x) const { return tsdf.at({x, 10, 10}); }
 };
 
 TEST(Tsdf, HoldsTruncatedDistancesThatFadeBehindTheSurface) {
   Wall s(1.0f);  // between voxels 9 and 10
   Tsdf tsdf(s.g);
-  tsdf.integrate(s.map, s.limits, s.color, s.g, 0.03);
+  tsdf.integrate(s.map, s.limits, s.color, 0.03);
   EXPECT_NEAR(s.sample(tsdf, 9).distance, 0.005, 1e-6);
   EXPECT_NEAR(s.sample(tsdf, 10).distance, -0.005, 1e-6);
   EXPECT_NEAR(s.sample(tsdf, 2).distance, 0.03, 1e-6);
@@ -39,8 +39,8 @@ TEST(Tsdf, HoldsTruncatedDistancesThatFadeBehindTheSurface) {
 TEST(Tsdf, AveragesViewsAndColours) {
   Wall near(0.998f), far(1.002f);
   Tsdf tsdf(near.g);
-  tsdf.integrate(near.map, near.limits, near.color, near.g, 0.03);
-  tsdf.integrate(far.map, far.limits, {}, near.g, 0.03);
+  tsdf.integrate(near.map, near.limits, near.color, 0.03);
+  tsdf.integrate(far.map, far.limits, {}, 0.03);
   EXPECT_NEAR(near.sample(tsdf, 9).distance, 0.005, 1e-6);
   EXPECT_EQ(near.sample(tsdf, 9).weight, 2);
   EXPECT_NEAR(near.sample(tsdf, 9).r, 10, 1e-4);
@@ -52,14 +52,81 @@ TEST(Tsdf, AveragesViewsAndColours) {
 TEST(Tsdf, KnownSolidsAndPixelsWithoutDepthMakeNoSurface) {
   Wall solid(1.0f, PixelKind::known_solid);
   Tsdf tsdf(solid.g);
-  tsdf.integrate(solid.map, solid.limits, solid.color, solid.g, 0.03);
-  for (const TsdfSample& s : tsdf.samples()) EXPECT_GE(s.distance, 0);
+  tsdf.integrate(solid.map, solid.limits, solid.color, 0.03);
+  testing::for_each_voxel(solid.g, [&](const Eigen::Vector3i& v) { EXPECT_GE(tsdf.at(v).distance, 0); });
   EXPECT_EQ(solid.sample(tsdf, 9).weight, 0);
-  EXPECT_EQ(solid.sample(tsdf, 5).weight, 1);
+  EXPECT_EQ(solid.sample(tsdf, 8).weight, 1);
+  EXPECT_EQ(solid.sample(tsdf, 2).weight, 1);
   Wall none(1.0f, PixelKind::none);
   Tsdf blind(none.g);
-  blind.integrate(none.map, none.limits, none.color, none.g, 0.03);
-  for (const TsdfSample& s : blind.samples()) EXPECT_EQ(s.weight, 0);
+  blind.integrate(none.map, none.limits, none.color, 0.03);
+  EXPECT_EQ(blind.bricks().held(), 0u);
+  EXPECT_TRUE(blind == Tsdf(none.g));
+}
+
+// Voxel by voxel, over a grid that slanted views cross: the passes over bricks leave nothing out.
+TEST(Tsdf, HoldsWhatAPassOverAllVoxelsGives) {
+  const testing::Sphere sphere;
+  const ObjectBox box = testing::box_around(sphere);
+  const voxel::GridGeometry g = voxel::GridGeometry::from_box(box.X_WB, box.size, 0.01);
+  constexpr double kTruncation = 0.03;
+  Tsdf tsdf(g);
+  struct Mean {
+    double distance = 0, weight = 0;
+    bool doubtful = false;  // either of two pixels will do
+  };
+  std::vector<Mean> expected(static_cast<std::size_t>(g.size.prod()));
+  for (int n = 0; n < 3; ++n) {
+    const Perception p = testing::ideal_view(sphere, n, 6);
+    const DepthMap& map = p.depth[0];
+    PixelLimits limits{map.depth, Image<PixelKind>(map.depth.width, map.depth.height, 1, PixelKind::surface)};
+    for (int x = 100; x < 140; ++x) {
+      for (int y = 0; y < map.depth.height; ++y) limits.kind.at(x, y) = PixelKind::none;
+    }
+    tsdf.integrate(map, limits, {}, kTruncation);
+    const Pose X_CG = map.X_WC.inverse() * g.X_WG;
+    testing::for_each_voxel(g, [&](const Eigen::Vector3i& v) {
+      const Eigen::Vector3d c = X_CG * ((v.cast<double>().array() + 0.5) * g.voxel_size).matrix();
+      const Eigen::Vector2d q = map.camera.project(c), off = (q.array() + 0.5) - (q.array() + 0.5).floor();
+      Mean& mean = expected[voxel::voxel_index(g, v)];
+      mean.doubtful |= off.minCoeff() < 1e-3 || off.maxCoeff() > 1 - 1e-3;
+      if (q.x() <= -0.5 || q.y() <= -0.5 || q.x() >= map.depth.width - 0.5 || q.y() >= map.depth.height - 0.5) return;
+      const int x = static_cast<int>(q.x() + 0.5), y = static_cast<int>(q.y() + 0.5);
+      const double s = map.depth.at(x, y) - c.z();
+      if (limits.kind.at(x, y) == PixelKind::none || s <= -kTruncation) return;
+      const double weight = s < 0 ? 1 + s / kTruncation : 1;
+      mean.distance = (mean.distance * mean.weight + weight * std::min(s, kTruncation)) / (mean.weight + weight);
+      mean.weight += weight;
+    });
+  }
+  int seen = 0;
+  testing::for_each_voxel(g, [&](const Eigen::Vector3i& v) {
+    const Mean& mean = expected[voxel::voxel_index(g, v)];
+    if (mean.doubtful) return;
+    seen += mean.weight > 0;
+    ASSERT_NEAR(tsdf.at(v).weight, mean.weight, 2e-3) << v.transpose();
+    if (mean.weight > 0.01) {
+      ASSERT_NEAR(tsdf.at(v).distance, mean.distance, 1e-4) << v.transpose();
+    }
+  });
+  EXPECT_GT(seen, 50000);
+  EXPECT_LT(tsdf.bricks().held(), voxel::brick_count(g));
+}
+
+TEST(Tsdf, EveryInstructionSetGivesTheSameBits) {
+  const testing::Sphere sphere;
+  const ObjectBox box = testing::box_around(sphere);
+  const voxel::GridGeometry g = voxel::GridGeometry::from_box(box.X_WB, box.size, 0.01);
+  const Perception p = testing::ideal_view(sphere, 2, 6);
+  const PixelLimits limits{p.depth[0].depth, Image<PixelKind>(p.depth[0].depth.width, p.depth[0].depth.height, 1, PixelKind::surface)};
+  Tsdf portable(g);
+  portable.integrate(p.depth[0], limits, p.color, 0.03, voxel::Simd::portable);
+  for (const voxel::Simd simd : {voxel::Simd::avx2, voxel::Simd::avx512}) {
+    if (!voxel::has_simd(simd)) continue;
+    Tsdf other(g);
+    other.integrate(p.depth[0], limits, p.color, 0.03, simd);
+    EXPECT_TRUE(other == portable);
+  }
 }
 
 }  // namespace

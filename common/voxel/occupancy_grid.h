@@ -38,6 +38,11 @@ struct GridGeometry {
   void check() const;
 };
 
+// Of a voxel inside the grid, z fastest: for arrays that hold a value for every voxel.
+inline std::size_t voxel_index(const GridGeometry& g, const Eigen::Vector3i& v) {
+  return (static_cast<std::size_t>(v.x()) * g.size.y() + v.y()) * g.size.z() + v.z();
+}
+
 enum class VoxelState : std::uint8_t { empty = 0, unknown = 1, known = 2, environment = 3 };
 
 struct Counts {

@@ -23,7 +23,9 @@ namespace periplus::eyes_benchmark {
 namespace {
 
 constexpr double kVoxel = 0.01, kFineVoxel = 0.005;  // [m]
+constexpr object_model::CarvingMode kProbabilistic = object_model::CarvingMode::probabilistic;
 constexpr int kNormalStep = 4;                       // [px]
+constexpr double kWidestRange = 1e4;                 // [px]
 constexpr double kDepthShown[2] = {0.85, 1.6}, kErrorShown = 0.01;  // [m]
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -77,8 +79,12 @@ class Benchmark {
     carve(stage, paint, kVoxel, kStereo, stereo, shots);
     if (paint != Paint::rich) return;
     carve(stage, paint, kVoxel, kTrueDepth, true_perceptions(shots), shots);
-    carve(stage, paint, kVoxel, kWrongDisparities, wrong_disparities(stage, seen), shots);
-    carve(stage, paint, kVoxel, kWrongPose, wrong_pose(stereo), shots);
+    const std::vector<object_model::Perception> spoilt = wrong_disparities(stage, seen), astray = wrong_pose(stereo);
+    carve(stage, paint, kVoxel, kWrongDisparities, spoilt, shots);
+    carve(stage, paint, kVoxel, kWrongPose, astray, shots);
+    carve(stage, paint, kVoxel, kStereo, stereo, shots, kProbabilistic);
+    carve(stage, paint, kVoxel, kWrongDisparities, spoilt, shots, kProbabilistic);
+    carve(stage, paint, kVoxel, kWrongPose, astray, shots, kProbabilistic);
     if (stage.object != "bunny") return;
     carve(stage, paint, kFineVoxel, kStereo, stereo, shots);
     carve(stage, paint, kFineVoxel, kTrueDepth, true_perceptions(shots), shots);
@@ -130,8 +136,8 @@ class Benchmark {
       if (s.perception) {
         s.perception->view_id = "view-" + std::to_string(i);
         const object_model::DepthMap& map = s.perception->depth.front();
-        const bool cautious = s.perception->silhouette_valid_share < o_.carving.cautious_share;
-        const ImageF carved = least_within(object_model::pixel_limits(map, grid, o_.carving, cautious, nullptr).limit, side);
+        const bool closes_gaps = s.perception->silhouette_valid_share >= o_.carving.cautious_share;
+        const ImageF carved = least_within(object_model::pixel_limits(map, grid, o_.carving, closes_gaps, nullptr).limit, side);
         ours.add(s.disparity.left, map.depth, carved, shot.left.depth, shot.left.object, rig);
         filled.add(s.perception->disparity, {}, {}, shot.left.depth, shot.left.object, rig);
         add_normal_errors(map.depth, shot.left.object, rig.camera, map.X_WC, stage.mesh_W, *stage.tree, kNormalStep, normals);
@@ -183,6 +189,8 @@ class Benchmark {
   std::vector<object_model::Perception> wrong_disparities(const Stage& stage, const std::vector<Seen>& seen) const {
     std::vector<object_model::Perception> out;
     Random random(o_.sensor.seed);
+    vision::DepthSettings unfiltered = o_.perceive.depth;
+    unfiltered.flying_range_px = kWidestRange;  // every wrong depth reaches the model
     const auto spoilt = [&](ImageF disparity, const vision::DisparityRange& range) {
       for (float& d : disparity.data)
         if (d > 0 && random.uniform() < o_.wrong_share) d = static_cast<float>(random.uniform(std::max(1, range.least), range.least + range.count));
@@ -193,8 +201,8 @@ class Benchmark {
       object_model::Perception p = *s.perception;
       const double distance = (p.X_WC.inverse() * stage.box.X_WB.translation()).z();
       const Pose X_WR = p.depth[1].X_WC;
-      p.depth = {vision::make_depth(spoilt(s.disparity.left, s.range), p.rig, p.X_WC, o_.perceive.depth, distance),
-                 vision::make_depth(spoilt(s.disparity.right, s.range), p.rig, X_WR, o_.perceive.depth, distance)};
+      p.depth = {vision::make_depth(spoilt(s.disparity.left, s.range), p.rig, p.X_WC, unfiltered, distance),
+                 vision::make_depth(spoilt(s.disparity.right, s.range), p.rig, X_WR, unfiltered, distance)};
       out.push_back(std::move(p));
     }
     return out;
@@ -210,15 +218,18 @@ class Benchmark {
   }
 
   void carve(const Stage& stage, Paint paint, double voxel_m, const char* source, const std::vector<object_model::Perception>& perceptions,
-             const std::vector<Shot>& shots) {
+             const std::vector<Shot>& shots, object_model::CarvingMode mode = object_model::CarvingMode::conservative) {
+    object_model::CarvingSettings settings = o_.carving;
+    settings.mode = mode;
     ModelRow row;
+    row.mode = mode;
     row.object = stage.object;
     row.paint = to_string(paint);
     row.source = source;
     row.voxel_m = voxel_m;
     object_model::ObjectModel model(stage.object, stage.box, voxel_m, stage.surroundings);
     const double begin = now();
-    for (const object_model::Perception& p : perceptions) model.integrate(p, stage.surroundings, o_.carving);
+    for (const object_model::Perception& p : perceptions) model.integrate(p, stage.surroundings, settings);
     row.seconds = now() - begin;
     const voxel::GridGeometry& g = model.grid().geometry();
     const auto [it, fresh] = voxels_.try_emplace({stage.object, voxel_m});
@@ -347,7 +358,7 @@ class Benchmark {
     for (const auto& t : surface.triangles) mesh.triangles.emplace_back(static_cast<int>(t[0]), static_cast<int>(t[1]), static_cast<int>(t[2]));
     nbv_benchmark::DepthScene scene;
     scene.add(mesh, Pose::Identity());
-    draw(model_picture(row.object, row.paint, row.voxel_m, row.source), scene.render(truth.X_WC, robot_eyes().camera, 0), truth);
+    draw(model_picture(row), scene.render(truth.X_WC, robot_eyes().camera, 0), truth);
   }
 
   const BenchmarkOptions& o_;
@@ -359,11 +370,14 @@ class Benchmark {
 
 }  // namespace
 
-std::string model_picture(const std::string& object, const std::string& paint, double voxel_m, std::string source) {
+std::string model_picture(const ModelRow& row) {
+  std::string source = row.source;
   std::erase(source, ',');
   std::replace(source.begin(), source.end(), ' ', '_');
-  return object + "_" + paint + "_" + std::to_string(std::lround(1000 * voxel_m)) + "mm_" + source;
+  return row.object + "_" + row.paint + "_" + std::to_string(std::lround(1000 * row.voxel_m)) + "mm_" + source + (row.mode == kProbabilistic ? "_probabilistic" : "");
 }
+
+const char* to_string(object_model::CarvingMode mode) { return mode == kProbabilistic ? "probabilistic" : "conservative"; }
 
 BenchmarkResult run_benchmark(const BenchmarkOptions& options, const std::function<void(const std::string&)>& say) { return Benchmark(options, say).run(); }
 

@@ -49,6 +49,7 @@ struct StereoRow {
 struct ModelRow {
   std::string object, paint, source;        // source: one of the names below
   double voxel_m = 0.01;
+  object_model::CarvingMode mode = object_model::CarvingMode::conservative;
   ModelQuality quality;
   double seconds = 0;                       // to integrate six views
 };
@@ -86,7 +87,8 @@ struct BenchmarkResult {
 };
 
 // Names of a row's pictures below BenchmarkOptions::pictures: <name>_depth.png, <name>_error.png, of the first view.
-std::string model_picture(const std::string& object, const std::string& paint, double voxel_m, std::string source);
+std::string model_picture(const ModelRow& row);
+const char* to_string(object_model::CarvingMode mode);
 
 // Same options, same result but for times. `say` is told of progress.
 BenchmarkResult run_benchmark(const BenchmarkOptions& options, const std::function<void(const std::string&)>& say);

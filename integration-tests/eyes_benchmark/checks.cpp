@@ -79,9 +79,10 @@ std::vector<Check> check_limits(const BenchmarkResult& result, const std::vector
     const auto it = std::find_if(result.stereo.begin(), result.stereo.end(), [&](const StereoRow& r) { return r.object == object && r.paint == paint; });
     return it == result.stereo.end() ? nullptr : &*it;
   };
-  const auto model = [&](const std::string& object, const char* paint, double voxel_m) -> const ModelRow* {
+  const auto model = [&](const std::string& object, const char* paint, double voxel_m, const char* source = kStereo,
+                         object_model::CarvingMode mode = object_model::CarvingMode::conservative) -> const ModelRow* {
     const auto it = std::find_if(result.models.begin(), result.models.end(), [&](const ModelRow& r) {
-      return r.object == object && r.paint == paint && r.source == kStereo && r.voxel_m == voxel_m;
+      return r.object == object && r.paint == paint && r.source == source && r.voxel_m == voxel_m && r.mode == mode;
     });
     return it == result.models.end() ? nullptr : &*it;
   };
@@ -93,6 +94,12 @@ std::vector<Check> check_limits(const BenchmarkResult& result, const std::vector
     if (features) {
       const auto it = std::find_if(result.features.begin(), result.features.end(), [&](const FeatureRow& r) { return r.object == object && r.chosen; });
       features_of(it == result.features.end() ? nullptr : &*it, "features." + object + ".", limits);
+    }
+    const ModelRow* clean = model(object, "rich", 0.01);
+    for (const auto& [source, name] : {std::pair{kWrongDisparities, "wrong_disparities."}, std::pair{kWrongPose, "wrong_pose."}}) {
+      const ModelRow* spoilt = clean ? model(object, "rich", 0.01, source, object_model::CarvingMode::probabilistic) : nullptr;
+      limits.at_least(spoilt, name + object + ".covered", "% of the clean run's", [&](const ModelRow& r) { return kPercent * r.quality.covered_1_5 / clean->quality.covered_1_5; }, 95);
+      limits.at_most(spoilt, name + object + ".error_p95", "voxels", [](const ModelRow& r) { return r.quality.error.p95 / r.voxel_m; }, 2);
     }
     if (object == "bunny") {
       const ModelRow* fine = model(object, "rich", 0.005);

@@ -48,13 +48,21 @@ BenchmarkResult good() {
     f.turns = {{10, 100, 0, 0}, {20, 100, 96, 239}};
     f.landmarks = {100, 50, 48, 120};
     r.features.push_back(f);
+    for (const char* source : {kWrongDisparities, kWrongPose}) {
+      ModelRow spoilt = m;
+      spoilt.source = source;
+      spoilt.mode = object_model::CarvingMode::probabilistic;
+      spoilt.quality.covered_1_5 = 0.96 * m.quality.covered_1_5;
+      spoilt.quality.error.p95 = 0.019;
+      r.models.push_back(spoilt);
+    }
   }
   ModelRow fine = r.models[0];
   fine.voxel_m = 0.005;
   fine.quality.covered_1_5 = 0.981;
   fine.quality.error.mean = 0.0012;
   r.models.push_back(fine);
-  ModelRow own = r.models[1];
+  ModelRow own = r.models[3];
   own.paint = "own";
   own.quality.inside = 10000;
   own.quality.inside_emptied = 4;
@@ -98,14 +106,14 @@ TEST(Checks, EachFailsJustBeyond) {
   EXPECT_EQ(with([](auto& r) { r.stereo[1].textured = 0.49; }), "stereo.mug.textured ");
   EXPECT_EQ(with([](auto& r) { r.stereo[2].textured = 0.51; }), "stereo.plain_mug.textured ");
   EXPECT_EQ(with([](auto& r) { r.models[0].quality.covered_1_5 = 0.984; }), "carved.bunny.covered ");
-  EXPECT_EQ(with([](auto& r) { r.models[1].quality.covered_1_5 = 0.964; }), "carved.mug.covered ");
+  EXPECT_EQ(with([](auto& r) { r.models[3].quality.covered_1_5 = 0.964; }), "carved.mug.covered ");
   EXPECT_EQ(with([](auto& r) { r.models[0].quality.error.mean = 0.0021; }), "carved.bunny.error_mean ");
   EXPECT_EQ(with([](auto& r) { r.models[0].quality.error.p95 = 0.0051; }), "carved.bunny.error_p95 ");
   EXPECT_EQ(with([](auto& r) { r.models[0].quality.inside_emptied = 1; }), "carved.bunny.inside_emptied ");
   EXPECT_EQ(with([](auto& r) { r.models[0].quality.touching_emptied = 5; }), "carved.bunny.touching_emptied ");
-  EXPECT_EQ(with([](auto& r) { r.models[2].quality.covered_1_5 = 0.979; }), "carved_5mm.bunny.covered ");
-  EXPECT_EQ(with([](auto& r) { r.models[2].quality.error.mean = 0.00131; }), "carved_5mm.bunny.error_mean ");
-  EXPECT_EQ(with([](auto& r) { r.models[3].quality.inside_emptied = 6; }), "carved.plain_mug.inside_emptied ");
+  EXPECT_EQ(with([](auto& r) { r.models[6].quality.covered_1_5 = 0.979; }), "carved_5mm.bunny.covered ");
+  EXPECT_EQ(with([](auto& r) { r.models[6].quality.error.mean = 0.00131; }), "carved_5mm.bunny.error_mean ");
+  EXPECT_EQ(with([](auto& r) { r.models[7].quality.inside_emptied = 6; }), "carved.plain_mug.inside_emptied ");
   EXPECT_EQ(with([](auto& r) { r.features[1].place.median = 0.0021; }), "features.bunny.place ");
   EXPECT_EQ(with([](auto& r) { r.features[3].turns[1].matches = 102; }), "features.mug.turned_20_right ");
   EXPECT_EQ(with([](auto& r) { r.features[3].turns[1].possible = 241; }), "features.mug.turned_20_found ");
@@ -116,6 +124,8 @@ TEST(Checks, EachFailsJustBeyond) {
   EXPECT_EQ(with([](auto& r) { r.real[1].filled.covered = 0.979; }), "real.Motorcycle.filled_covered ");
   EXPECT_EQ(with([](auto& r) { r.real[1].filled.bad_2 = 0.111; }), "real.Motorcycle.filled_bad_2 ");
   EXPECT_EQ(with([](auto& r) { r.real[1].ours_where_both.bad_2 = 0.021; }), "real.Motorcycle.bad_2_beside_plain ");
+  EXPECT_EQ(with([](auto& r) { r.models[1].quality.covered_1_5 = 0.94 * r.models[0].quality.covered_1_5; }), "wrong_disparities.bunny.covered ");
+  EXPECT_EQ(with([](auto& r) { r.models[5].quality.error.p95 = 0.021; }), "wrong_pose.mug.error_p95 ");
 }
 
 TEST(Checks, TimeIsShownAndDecidesNothing) {
@@ -145,7 +155,7 @@ TEST(Report, HoldsEveryRow) {
   const auto checks = check_limits(r, {"bunny", "mug"}, true, true);
   const auto json = to_json(r, {}, checks, nbv_benchmark::provenance("--check"));
   EXPECT_EQ(json.at("stereo").size(), 3u);
-  EXPECT_EQ(json.at("carved").size(), 4u);
+  EXPECT_EQ(json.at("carved").size(), 8u);
   EXPECT_EQ(json.at("real").at(0).at("ours").at("covered"), 0.8);
   EXPECT_EQ(json.at("checks").size(), checks.size());
   EXPECT_EQ(json.at("features").size(), 4u);
@@ -155,11 +165,11 @@ TEST(Report, HoldsEveryRow) {
   EXPECT_EQ(json.at("real").at(1).at("filled").at("covered"), 0.981);
   const std::string csv = to_csv(r);
   EXPECT_NE(csv.find("stereo,bunny,rich,,ours,valid,0.911\n"), std::string::npos);
-  EXPECT_NE(csv.find("carved,bunny,rich,0.005,\"stereo\",error_m.mean,0.0012\n"), std::string::npos);
+  EXPECT_NE(csv.find("carved,bunny,rich,0.005,\"stereo, conservative\",error_m.mean,0.0012\n"), std::string::npos);
   EXPECT_NE(csv.find("real,Aloe,,,plain,bad_2,0.04\n"), std::string::npos);
   EXPECT_NE(csv.find("features,mug,rich,,orb left_alone,turned_20.matches,100\n"), std::string::npos);
   const std::string page = to_markdown(r, {}, checks, nbv_benchmark::provenance(""), "pictures/");
-  EXPECT_NE(page.find("| mug | own | 10 | stereo | 96.6 / 0.0 | 1.90 / 4.90 | 4 of 10000 | 0.30 |"), std::string::npos) << page;
+  EXPECT_NE(page.find("| mug | own | 10 | stereo | conservative | 96.6 / 0.0 | 1.90 / 4.90 | 4 of 10000 | 0.30 |"), std::string::npos) << page;
   EXPECT_NE(page.find("pictures/bunny_rich_5mm_stereo_error.png"), std::string::npos);
 }
 

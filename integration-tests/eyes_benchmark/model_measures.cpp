@@ -42,7 +42,7 @@ void count_voxels(const voxel::OccupancyGrid& grid, const VoxelTruth& truth, Mod
     for (int y = 0; y < g.size.y(); ++y)
       for (int z = 0; z < g.size.z(); ++z) {
         const Eigen::Vector3i v(x, y, z);
-        const std::size_t i = object_model::voxel_index(g, v);
+        const std::size_t i = voxel::voxel_index(g, v);
         const voxel::VoxelState state = grid.state(v);
         const bool empty = state == voxel::VoxelState::empty;
         q.inside += truth.inside[i];

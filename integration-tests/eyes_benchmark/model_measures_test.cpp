@@ -39,7 +39,7 @@ TEST(VoxelTruth, Ball) {
     const VoxelTruth truth = voxel_truth(sphere(kBall), g, 200000, 1);
     int inside = 0, touching = 0;
     each_voxel(g, [&](const Eigen::Vector3i& v) {
-      const std::size_t i = object_model::voxel_index(g, v);
+      const std::size_t i = voxel::voxel_index(g, v);
       const Eigen::Vector3d p = g.center_world(v) - kMiddle;
       inside += truth.inside[i];
       touching += truth.touching[i];
@@ -73,7 +73,7 @@ TEST(VoxelTruth, ASmallHoleDoesNoHarm) {
   each_voxel(g, [&](const Eigen::Vector3i& v) {
     const Eigen::Vector3d p = g.center_world(v) - kMiddle;
     if (p.norm() < 0.9 * kBall) {
-      EXPECT_TRUE(truth.inside[object_model::voxel_index(g, v)]);
+      EXPECT_TRUE(truth.inside[voxel::voxel_index(g, v)]);
     }
   });
 }
@@ -118,7 +118,7 @@ TEST(CountVoxels, EachKindOnce) {
   voxel::OccupancyGrid grid(g);
   std::size_t inside = 0, touching = 0, volume = 0;
   each_voxel(g, [&](const Eigen::Vector3i& v) {
-    const std::size_t i = object_model::voxel_index(g, v);
+    const std::size_t i = voxel::voxel_index(g, v);
     if (!truth.inside[i] && !truth.touching[i]) grid.set_state(v, voxel::VoxelState::empty);
     inside += truth.inside[i];
     touching += truth.touching[i];
@@ -135,7 +135,7 @@ TEST(CountVoxels, EachKindOnce) {
   grid.set_state({13, 13, 13}, voxel::VoxelState::empty);
   Eigen::Vector3i skin(-1, -1, -1), other_skin = skin;
   each_voxel(g, [&](const Eigen::Vector3i& v) {
-    const std::size_t i = object_model::voxel_index(g, v);
+    const std::size_t i = voxel::voxel_index(g, v);
     if (truth.touching[i] && !truth.inside[i]) std::swap(skin, other_skin), skin = v;
   });
   ASSERT_GE(other_skin.x(), 0);

@@ -76,12 +76,12 @@ std::string model_table(const BenchmarkResult& r, const BenchmarkOptions& o, con
       "model's surface. Emptied: of the voxels with their centre in the object, and of those that its surface passes through. Ghosts: voxels left standing "
       "wholly outside, of the object's volume (much of it nobody can see). Wrong disparities: {:.0f} % of the matched pixels have any disparity of the range. "
       "Wrong pose: the third view stands {:.0f} cm beside where it is said to.\n\n"
-      "| object | texture | voxel, mm | depth by | covered 1.5 / 1, % | error mean / p95, mm | inside emptied | touching emptied, % | ghosts, % | s |\n"
-      "|---|---|---|---|---|---|---|---|---|---|\n",
+      "| object | texture | voxel, mm | depth by | mode | covered 1.5 / 1, % | error mean / p95, mm | inside emptied | touching emptied, % | ghosts, % | s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|\n",
       100 * o.wrong_share, 100 * o.wrong_pose_m);
   for (const ModelRow& row : r.models) {
     const ModelQuality& q = row.quality;
-    out += fmt::format("| {} | {} | {:.0f} | {} | {:.1f} / {:.1f} | {:.2f} / {:.2f} | {} of {} | {:.2f} | {:.1f} | {:.2f} |\n", row.object, row.paint, 1000 * row.voxel_m, row.source,
+    out += fmt::format("| {} | {} | {:.0f} | {} | {} | {:.1f} / {:.1f} | {:.2f} / {:.2f} | {} of {} | {:.2f} | {:.1f} | {:.2f} |\n", row.object, row.paint, 1000 * row.voxel_m, row.source, to_string(row.mode),
                        100 * q.covered_1_5, 100 * q.covered_1, 1000 * q.error.mean, 1000 * q.error.p95, q.inside_emptied, q.inside, 100 * q.touching_emptied_share(),
                        100 * q.ghosts, row.seconds);
   }
@@ -89,8 +89,8 @@ std::string model_table(const BenchmarkResult& r, const BenchmarkOptions& o, con
   out += "\nThe model's surface from the first view, and its error along the optical axis:\n\n";
   for (const ModelRow& row : r.models) {
     if (row.quality.error.count == 0) continue;
-    out += fmt::format("{0}, {1}, {2:.0f} mm, {3}: ![depth]({4}{5}_depth.png) ![error]({4}{5}_error.png)\n\n", row.object, row.paint, 1000 * row.voxel_m, row.source, pictures,
-                       model_picture(row.object, row.paint, row.voxel_m, row.source));
+    out += fmt::format("{0}, {1}, {2:.0f} mm, {3}, {6}: ![depth]({4}{5}_depth.png) ![error]({4}{5}_error.png)\n\n", row.object, row.paint, 1000 * row.voxel_m, row.source, pictures,
+                       model_picture(row), to_string(row.mode));
   }
   return out;
 }
@@ -212,7 +212,7 @@ json to_json(const BenchmarkResult& r, const BenchmarkOptions& o, const std::vec
                            {"seconds", {{"pair", row.seconds}, {"processor", row.processor_seconds}, {"plain", row.plain_seconds}, {"steps", steps}}}});
   }
   for (const ModelRow& row : r.models)
-    j["carved"].push_back({{"object", row.object}, {"texture", row.paint}, {"voxel_m", row.voxel_m}, {"source", row.source}, {"quality", of(row.quality)}, {"seconds", row.seconds}});
+    j["carved"].push_back({{"object", row.object}, {"texture", row.paint}, {"voxel_m", row.voxel_m}, {"source", row.source}, {"mode", to_string(row.mode)}, {"quality", of(row.quality)}, {"seconds", row.seconds}});
   for (const FeatureRow& row : r.features) {
     json turns = json::array();
     for (const MatchQuality& q : row.turns) turns.push_back(of(q));
@@ -251,7 +251,7 @@ std::string to_csv(const BenchmarkResult& r) {
     lines(out, head + "filled,", of(row.filled));
   }
   for (const ModelRow& row : r.models)
-    lines(out, fmt::format("carved,{},{},{},\"{}\",", row.object, row.paint, row.voxel_m, row.source), of(row.quality));
+    lines(out, fmt::format("carved,{},{},{},\"{}, {}\",", row.object, row.paint, row.voxel_m, row.source, to_string(row.mode)), of(row.quality));
   for (const FeatureRow& row : r.features) {
     const std::string head = fmt::format("features,{},rich,,{} {},", row.object, row.detector, row.selection);
     lines(out, head, {{"features", row.features}, {"place_m", of(row.place)}, {"landmarks", of(row.landmarks)}, {"seconds", row.seconds}});

@@ -44,7 +44,7 @@ void add_parity(const std::vector<std::array<Eigen::Vector3d, 3>>& corners, cons
         v[axis] = k;
         v[b] = i;
         v[c] = j;
-        votes[object_model::voxel_index(g, v)] += static_cast<std::uint8_t>(beyond % 2);
+        votes[voxel::voxel_index(g, v)] += static_cast<std::uint8_t>(beyond % 2);
       }
 }
 
@@ -64,7 +64,7 @@ VoxelTruth voxel_truth(const mesh::TriangleMesh& mesh_W, const voxel::GridGeomet
   for (std::uint8_t& votes : truth.inside) votes = votes >= 2;
   for (const mesh::SurfaceSample& s : mesh::sample_surface(mesh_W, samples, seed)) {
     const Eigen::Vector3i v = g.voxel_of(s.point);
-    if (g.contains(v)) truth.touching[object_model::voxel_index(g, v)] = 1;
+    if (g.contains(v)) truth.touching[voxel::voxel_index(g, v)] = 1;
   }
   return truth;
 }

@@ -15,13 +15,12 @@ Reconstruction::Reconstruction(const Arena& arena, const Subject& subject, const
 
 void Reconstruction::integrate(const Look& look) {
   const voxel::GridGeometry& g = grid_.geometry();
-  const bool cautious = look.silhouette_valid_share < settings_.cautious_share;
+  const object_model::CarvingRule rule = object_model::carving_rule(look.silhouette_valid_share, 0, g.voxel_size, settings_);
   const scene::CollisionWorld* solids = arena_.scene.solids.empty() ? nullptr : arena_.collision.get();
   for (const object_model::DepthMap& map : look.depth) {
-    const object_model::PixelLimits limits = object_model::pixel_limits(map, g, settings_, cautious, solids);
-    object_model::empty_voxels(object_model::seen_through(grid_, map.camera, map.X_WC, limits.limit, settings_.margin_voxels), cautious,
-                               settings_, grid_, evidence_);
-    object_model::add_points(map, limits, g, settings_, evidence_);
+    const object_model::PixelLimits limits = object_model::pixel_limits(map, g, settings_, rule.close_gaps, solids);
+    object_model::empty_voxels(object_model::seen_through(grid_, map.camera, map.X_WC, limits.limit, rule.margin_voxels), rule.votes, grid_, evidence_);
+    object_model::add_points(map, limits, g, rule.margin_voxels, evidence_);
   }
   object_model::label(known_solids_, settings_, evidence_, grid_);
   ++grid_.revision;
@@ -34,6 +33,7 @@ std::string Reconstruction::model_file(const std::string& object_id) const {
   state.grid = grid_;
   state.known_solids = known_solids_;
   state.evidence = evidence_;
+  state.log_odds = object_model::LogOdds(grid_.geometry());
   state.tsdf = object_model::Tsdf(grid_.geometry());
   return object_model::write_model(object_model::ObjectModel(std::move(state)));
 }

@@ -12,6 +12,7 @@
 #include "common/core/error.h"
 #include "common/object_model/model.pb.h"
 #include "common/object_model/model_file.h"
+#include "common/object_model/testing/older_form.h"
 #include "common/object_model/testing/sphere_views.h"
 
 namespace periplus::model {
@@ -150,6 +151,7 @@ TEST_F(KnowledgeStoreTest, WhatVersion1WroteIsBroughtToThisForm) {
   proto::Model state;
   ASSERT_TRUE(state.ParseFromString(object_model::write_state(model, {"", ""})));
   state.clear_version();
+  object_model::testing::put_every_voxel(model, state);
   state.clear_references();
   run("INSERT INTO objects VALUES ('ball', ?)", {state.SerializeAsString()});
   for (int n = 0; n < 2; ++n) {

@@ -30,6 +30,7 @@ TEST(Settings, DefaultFileHoldsTheDefaults) {
   for (const auto value : {&Matching::least_coherent, &Matching::most}) EXPECT_EQ(a.matching.*value, b.matching.*value);
   EXPECT_EQ(file.carving.seen_points, code.carving.seen_points);
   EXPECT_EQ(file.carving.truncation_voxels, code.carving.truncation_voxels);
+  EXPECT_TRUE(file.carving == code.carving);
 }
 
 TEST(Settings, RefusesUnknownKeysAndValuesOutOfRange) {
@@ -38,6 +39,9 @@ TEST(Settings, RefusesUnknownKeysAndValuesOutOfRange) {
   EXPECT_THROW(read_settings(config::parse("perception_wait_s: -1", "test")), Error);
   EXPECT_THROW(read_settings(config::parse("landmarks: {ratio: 1.5}", "test")), Error);
   EXPECT_DOUBLE_EQ(read_settings(config::parse("landmarks: {reach_m: 0.03}", "test")).landmarks.reach_m, 0.03);
+  EXPECT_THROW(read_settings(config::parse("carving: {mode: bold}", "test")), Error);
+  EXPECT_THROW(read_settings(config::parse("log_odds: {miss: 0.4}", "test")), Error);
+  EXPECT_EQ(read_settings(config::parse("carving: {mode: probabilistic}", "test")).carving.mode, object_model::CarvingMode::probabilistic);
   EXPECT_DOUBLE_EQ(read_settings(config::parse("carving: {margin_voxels: 1.5}", "test")).carving.margin_voxels, 1.5);
 }
 

@@ -29,7 +29,7 @@ double cpu_seconds() {
 }
 
 void carve(const DepthMap& map, const PixelLimits& limits, voxel::OccupancyGrid& grid, Evidence& evidence) {
-  empty_voxels(seen_through(grid, map.camera, map.X_WC, limits.limit, CarvingSettings{}.margin_voxels), false, {}, grid, evidence);
+  empty_voxels(seen_through(grid, map.camera, map.X_WC, limits.limit, CarvingSettings{}.margin_voxels), 1, grid, evidence);
 }
 
 const Case& case_of(int cells) {
@@ -44,7 +44,7 @@ const Case& case_of(int cells) {
     c.environment.assign(c.grid.occupied().size(), 0);
     for (const int n : {0, 1}) {
       c.map = testing::ideal_view(sphere, n, 6, 640, 480).depth[0];
-      c.limits = pixel_limits(c.map, c.grid.geometry(), {}, false, nullptr);
+      c.limits = pixel_limits(c.map, c.grid.geometry(), {}, true, nullptr);
       if (n == 0) carve(c.map, c.limits, c.grid, c.evidence);
     }
   }
@@ -91,9 +91,9 @@ void depth_into_grid(benchmark::State& state) {
     Evidence evidence = c.evidence;
     state.ResumeTiming();
     const double start = cpu_seconds();
-    const PixelLimits limits = pixel_limits(c.map, grid.geometry(), {}, false, nullptr);
+    const PixelLimits limits = pixel_limits(c.map, grid.geometry(), {}, true, nullptr);
     carve(c.map, limits, grid, evidence);
-    add_points(c.map, limits, grid.geometry(), {}, evidence);
+    add_points(c.map, limits, grid.geometry(), CarvingSettings{}.margin_voxels, evidence);
     seconds += cpu_seconds() - start;
     benchmark::DoNotOptimize(grid.occupied().data());
   }
@@ -108,13 +108,13 @@ void carving_alone(benchmark::State& state, voxel::Simd simd) {
 
 void limits_alone(benchmark::State& state) {
   const Case& c = case_of(static_cast<int>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(pixel_limits(c.map, c.grid.geometry(), {}, false, nullptr));
+  for (auto _ : state) benchmark::DoNotOptimize(pixel_limits(c.map, c.grid.geometry(), {}, true, nullptr));
 }
 
 void points_alone(benchmark::State& state) {
   const Case& c = case_of(static_cast<int>(state.range(0)));
   Evidence evidence = c.evidence;
-  for (auto _ : state) add_points(c.map, c.limits, c.grid.geometry(), {}, evidence);
+  for (auto _ : state) add_points(c.map, c.limits, c.grid.geometry(), CarvingSettings{}.margin_voxels, evidence);
 }
 
 void labels(benchmark::State& state) {

@@ -1,0 +1,42 @@
+// Stored models as earlier versions wrote them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/object_model/compression.h"
+#include "common/object_model/model.pb.h"
+#include "common/object_model/testing/sphere_views.h"
+
+namespace periplus::object_model::testing {
+
+// As versions 1 and 2 wrote evidence and distances: a value for every voxel, z fastest.
+inline void put_every_voxel(const ObjectModel& model, proto::Model& m) {
+  const voxel::GridGeometry& g = model.grid().geometry();
+  std::vector<std::uint16_t> points, seen, solid;
+  std::vector<std::uint8_t> votes;
+  std::vector<TsdfSample> tsdf;
+  for_each_voxel(g, [&](const Eigen::Vector3i& v) {
+    const VoxelEvidence e = model.state().evidence.at(v);
+    points.push_back(e.points);
+    seen.push_back(e.seen);
+    solid.push_back(e.solid);
+    votes.push_back(e.votes);
+    tsdf.push_back(model.state().tsdf.at(v));
+  });
+  const auto put = [](const auto& from, proto::Array& to) {
+    to.set_elements(from.size());
+    to.set_element_bytes(sizeof from[0]);
+    to.set_deflated(pack_bytes(from.data(), from.size(), sizeof from[0]));
+  };
+  put(points, *m.mutable_points());
+  put(seen, *m.mutable_seen());
+  put(solid, *m.mutable_solid());
+  put(votes, *m.mutable_votes());
+  put(tsdf, *m.mutable_tsdf());
+  m.clear_evidence_bricks();
+  m.clear_tsdf_bricks();
+  m.clear_tsdf_free();
+}
+
+}  // namespace periplus::object_model::testing
