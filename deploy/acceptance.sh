@@ -159,7 +159,7 @@ for c in json.load(open(sys.argv[1]))["checks"]:
     eyes)  # stereo and carving against the truth; page, JSON and CSV go to docs/results/eyes_benchmark
       rm -rf "$work/eyes_benchmark"
       start=$SECONDS
-      integration-tests/eyes_benchmark/run.sh --check --output "$work/eyes_benchmark" >"$work/eyes_benchmark.log" 2>&1
+      integration-tests/eyes_benchmark/run.sh --check --output build/acceptance/eyes_benchmark >"$work/eyes_benchmark.log" 2>&1
       say eyes.time "$((SECONDS - start))" s none true
       # The time of a pair too, which the benchmark itself does not judge.
       python3 -c '
