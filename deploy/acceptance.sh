@@ -145,7 +145,7 @@ for check in "${checks[@]}"; do
     nbv_benchmark)  # viewpoint planners beside each other; page, JSON and CSV go to docs/results/nbv_benchmark
       rm -rf "$work/nbv_benchmark"
       start=$SECONDS
-      integration-tests/nbv_benchmark/run.sh --check --output "$work/nbv_benchmark" >"$work/nbv_benchmark.log" 2>&1
+      integration-tests/nbv_benchmark/run.sh --check --output build/acceptance/nbv_benchmark >"$work/nbv_benchmark.log" 2>&1
       say nbv_benchmark.time "$((SECONDS - start))" s none true
       python3 -c '
 import json, sys
