@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "common/core/error.h"
+#include "common/core/utf8.h"
 
 namespace periplus::config {
 namespace {
@@ -218,6 +219,9 @@ std::shared_ptr<Impl> parse_value(std::string_view text, std::string_view name) 
   const auto source = std::make_shared<const std::string>(name);
   if (text.size() > kLongestText)
     refuse(*source, std::to_string(text.size()) + " bytes; at most " + std::to_string(kLongestText) + " are read");
+  // What is not would be read as other characters, and a path would not come back as it was.
+  if (const std::size_t at = first_not_utf8(text); at != std::string_view::npos)
+    refuse(*source + ":" + std::to_string(1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n')), "is not UTF-8; write it in that encoding");
   std::istringstream in{std::string(text)};
   Builder<Impl> builder(source);
   try {

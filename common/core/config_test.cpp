@@ -134,6 +134,23 @@ TEST(Config, ManyKeysOfAMappingAreRefusedBeforeTheyTakeTime) {
   }
 }
 
+TEST(Config, TextsAreUtf8) {
+  for (const char* good : {"é", "ü/日本", "\U0001F600", "\uFFFD"}) {
+    std::string value;
+    EXPECT_TRUE(parse(std::string("path: a") + good, "t.yaml").read("path", value));
+    EXPECT_EQ(value, std::string("a") + good);
+  }
+  for (const char* bad : {"\xe9", "\xff", "\x80", "\xc0\x80", "\xe0\x80\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe6\x97"}) {
+    try {
+      parse(std::string("name: x\npath: a") + bad, "t.yaml");
+      FAIL() << bad;
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::bad_input);
+      EXPECT_STREQ(e.what(), "t.yaml:2: is not UTF-8; write it in that encoding");
+    }
+  }
+}
+
 TEST(Config, CommandLineOverridesCreateAndReplace) {
   Node root = parse("search: {seed: 4}\n", "x.yaml");
   set(root, "search.seed", "5");

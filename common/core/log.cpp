@@ -15,6 +15,7 @@
 #include <mutex>
 
 #include "common/core/error.h"
+#include "common/core/utf8.h"
 
 namespace periplus::log {
 namespace {
@@ -57,19 +58,6 @@ const char* name_of(Level level) {
 spdlog::level::level_enum spdlog_level(Level level) {
   constexpr std::array levels{spdlog::level::trace, spdlog::level::debug, spdlog::level::info, spdlog::level::warn, spdlog::level::err};
   return levels[static_cast<std::size_t>(level)];
-}
-
-// Bytes of the well-formed UTF-8 sequence at `text` (RFC 3629), 0 if there is none.
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  const std::size_t n = first < 0x80 ? 1 : first >= 0xc2 && first < 0xe0 ? 2 : first >= 0xe0 && first < 0xf0 ? 3 : first >= 0xf0 && first < 0xf5 ? 4 : 0;
-  if (n == 0 || n > text.size()) return 0;
-  for (std::size_t i = 1; i < n; ++i)
-    if ((byte(i) & 0xc0) != 0x80) return 0;
-  if ((first == 0xe0 && byte(1) < 0xa0) || (first == 0xed && byte(1) > 0x9f) || (first == 0xf0 && byte(1) < 0x90) || (first == 0xf4 && byte(1) > 0x8f))
-    return 0;
-  return n;
 }
 
 void append_json_string(std::string& out, std::string_view text) {
