@@ -1,6 +1,7 @@
 #include "common/wire/perception_wire.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -114,6 +115,36 @@ void check_image_size(std::uint32_t width, std::uint32_t height) {
               " pixels was refused; sides must lie in 1..8192");
 }
 
+struct Encoding {
+  const char* name;
+  std::size_t octets;  // a pixel
+  bool blue_first;
+  Mosaic mosaic;
+};
+// The first of a kind is what goes out.
+constexpr std::array<Encoding, 11> kEncodings{{{"mono8", 1, false, Mosaic::none},
+                                               {"rgb8", 3, false, Mosaic::none},
+                                               {"8UC1", 1, false, Mosaic::none},
+                                               {"bgr8", 3, true, Mosaic::none},
+                                               {"8UC3", 3, true, Mosaic::none},
+                                               {"rgba8", 4, false, Mosaic::none},
+                                               {"bgra8", 4, true, Mosaic::none},
+                                               {"bayer_rggb8", 1, false, Mosaic::rggb},
+                                               {"bayer_bggr8", 1, false, Mosaic::bggr},
+                                               {"bayer_gbrg8", 1, false, Mosaic::gbrg},
+                                               {"bayer_grbg8", 1, false, Mosaic::grbg}}};
+
+const Encoding& encoding_of(const std::string& name) {
+  const auto known = std::find_if(kEncodings.begin(), kEncodings.end(), [&](const Encoding& e) { return name == e.name; });
+  if (known != kEncodings.end()) return *known;
+  std::string names, reason = "which is not known here";
+  for (const Encoding& e : kEncodings) names += (names.empty() ? "" : ", ") + std::string(e.name);
+  if (name.find("16") != std::string::npos) reason = "16 bits a value, of which only the driver knows how many count; have it scale them to 8";
+  if (name.find("32") != std::string::npos || name.find("64") != std::string::npos) reason = "which is for depth and computed images; send what the camera saw";
+  if (name.starts_with("yuv") || name.find("422") != std::string::npos || name.starts_with("nv")) reason = "whose colours are packed; have the driver, or ROS's image_proc, convert it to rgb8";
+  throw_error(ErrorCode::vision_image_bad, "an image has the encoding '" + name.substr(0, 32) + "', " + reason + ". Known are " + names);
+}
+
 double finite_calibration(double v) {
   require(std::isfinite(v), ErrorCode::vision_image_bad,
           "a camera info carries a number that is not finite; calibrate the camera again");
@@ -195,34 +226,46 @@ builtin_interfaces::msg::dds_::Time_ stamp_to_wire(std::int64_t stamp_ns) {
 
 StampedImage from_wire(const sensor_msgs::msg::dds_::Image_& m) {
   check_image_size(m.width(), m.height());
-  const std::string& encoding = m.encoding();
-  require(encoding == "rgb8" || encoding == "bgr8" || encoding == "mono8", ErrorCode::vision_image_bad,
-          "an image has the encoding '" + encoding.substr(0, 32) + "'; send rgb8, bgr8 or mono8");
-  const int channels = encoding == "mono8" ? 1 : 3;
-  const std::size_t row = static_cast<std::size_t>(m.width()) * static_cast<std::size_t>(channels);
+  const Encoding& encoding = encoding_of(m.encoding());
+  require(encoding.mosaic == Mosaic::none || (m.width() >= 4 && m.height() >= 4), ErrorCode::vision_image_bad,
+          "a mosaic of " + std::to_string(m.width()) + " x " + std::to_string(m.height()) + " pixels has no colours; send 4 x 4 or more");
+  const std::size_t octets = encoding.octets, row = m.width() * octets;
   require(m.step() >= row && m.data().size() == static_cast<std::size_t>(m.step()) * m.height(),
           ErrorCode::vision_image_bad,
           "an image is truncated: " + std::to_string(m.data().size()) + " octets came, " + std::to_string(m.width()) +
-              " x " + std::to_string(m.height()) + " " + encoding + " with a step of " + std::to_string(m.step()) +
-              " needs " + std::to_string(static_cast<std::size_t>(m.step()) * m.height()) + "; check the camera driver");
+              " x " + std::to_string(m.height()) + " " + encoding.name + " with a step of " + std::to_string(m.step()) +
+              " needs " + std::to_string(std::max<std::size_t>(m.step(), row) * m.height()) + "; check the camera driver");
   StampedImage out;
   out.stamp_ns = stamp_from_wire(m.header().stamp());
   out.frame_id = m.header().frame_id();
-  out.image = ImageU8(static_cast<int>(m.width()), static_cast<int>(m.height()), channels);
-  for (std::size_t y = 0; y < m.height(); ++y)
-    std::memcpy(out.image.data.data() + y * row, m.data().data() + y * m.step(), row);
-  if (encoding == "bgr8")
-    for (std::size_t i = 0; i < out.image.data.size(); i += 3) std::swap(out.image.data[i], out.image.data[i + 2]);
+  out.mosaic = encoding.mosaic;
+  const std::size_t channels = octets == 1 ? 1 : 3;
+  out.image = ImageU8(static_cast<int>(m.width()), static_cast<int>(m.height()), static_cast<int>(channels));
+  std::uint8_t* to = out.image.data.data();
+  for (std::size_t y = 0; y < m.height(); ++y) {
+    const std::uint8_t* from = m.data().data() + y * m.step();
+    if (octets == channels && !encoding.blue_first) {
+      std::memcpy(to, from, row);
+      to += row;
+      continue;
+    }
+    for (std::size_t x = 0; x < m.width(); ++x, from += octets, to += channels)
+      for (std::size_t c = 0; c < channels; ++c) to[c] = from[encoding.blue_first ? channels - 1 - c : c];
+  }
   return out;
 }
 
 sensor_msgs::msg::dds_::Image_ to_wire(const StampedImage& image) {
+  const bool grey = image.image.channels == 1;
+  const auto encoding = std::find_if(kEncodings.begin(), kEncodings.end(),
+                                     [&](const Encoding& e) { return e.mosaic == image.mosaic && (e.octets == 1) == grey; });
+  require(encoding != kEncodings.end(), ErrorCode::bad_input, "a mosaic has one value a pixel");
   sensor_msgs::msg::dds_::Image_ m;
   m.header().stamp(stamp_to_wire(image.stamp_ns));
   m.header().frame_id(image.frame_id);
   m.width(static_cast<std::uint32_t>(image.image.width));
   m.height(static_cast<std::uint32_t>(image.image.height));
-  m.encoding(image.image.channels == 1 ? "mono8" : "rgb8");
+  m.encoding(encoding->name);
   m.is_bigendian(0);
   m.step(static_cast<std::uint32_t>(image.image.width * image.image.channels));
   m.data(image.image.data);

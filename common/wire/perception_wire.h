@@ -10,6 +10,7 @@
 
 #include "common/geometry/calibration.h"
 #include "common/geometry/image.h"
+#include "common/geometry/mosaic.h"
 #include "common/object_model/perception.h"
 #include "idl/ros2.h"
 #include "idl/vision.h"
@@ -30,12 +31,15 @@ Eigen::Matrix<double, 6, 6> covariance_from_wire(const std::array<double, 36>& m
 std::int64_t stamp_from_wire(const builtin_interfaces::msg::dds_::Time_& t);
 builtin_interfaces::msg::dds_::Time_ stamp_to_wire(std::int64_t stamp_ns);
 
-// An image with its stamp. Encodings rgb8, bgr8 (turned to rgb) and mono8. Throws Error(vision_image_bad) for any other
-// encoding, sizes outside 1..8192, and data that are not `step * height` octets long.
+// An image with its stamp. Encodings rgb8 and 8UC3 (taken for bgr, as OpenCV has it), bgr8, rgba8 and bgra8 (alpha dropped) become rgb,
+// mono8 and 8UC1 stay grey, bayer_rggb8, _bggr8, _gbrg8 and _grbg8 stay one value a pixel with their mosaic. Throws
+// Error(vision_image_bad) with what to send instead for any other encoding, sizes outside 1..8192, mosaics of less than 4 x 4 pixels, and
+// data that are not `step * height` octets long. Rows may be padded.
 struct StampedImage {
   std::int64_t stamp_ns = 0;
   std::string frame_id;
   ImageU8 image;
+  Mosaic mosaic = Mosaic::none;
 };
 StampedImage from_wire(const sensor_msgs::msg::dds_::Image_& m);
 sensor_msgs::msg::dds_::Image_ to_wire(const StampedImage& image);

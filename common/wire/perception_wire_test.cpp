@@ -175,6 +175,61 @@ TEST(ImageWire, RoundTripAndBgr) {
   EXPECT_EQ(from_wire(m).image.at(1, 0, 0), image.image.at(1, 0, 2));
 }
 
+TEST(ImageWire, EveryEightBitEncodingWithPaddedRowsAndOddSides) {
+  struct Kind {
+    const char* encoding;
+    std::size_t octets;
+    std::vector<std::uint8_t> pixel;  // what comes of the octets 10 20 30 40
+    Mosaic mosaic;
+  };
+  const Kind kinds[] = {{"mono8", 1, {10}, Mosaic::none},         {"8UC1", 1, {10}, Mosaic::none},          {"rgb8", 3, {10, 20, 30}, Mosaic::none},
+                        {"bgr8", 3, {30, 20, 10}, Mosaic::none},  {"8UC3", 3, {30, 20, 10}, Mosaic::none},  {"rgba8", 4, {10, 20, 30}, Mosaic::none},
+                        {"bgra8", 4, {30, 20, 10}, Mosaic::none}, {"bayer_rggb8", 1, {10}, Mosaic::rggb},   {"bayer_bggr8", 1, {10}, Mosaic::bggr},
+                        {"bayer_gbrg8", 1, {10}, Mosaic::gbrg},   {"bayer_grbg8", 1, {10}, Mosaic::grbg}};
+  for (const Kind& kind : kinds) {
+    sensor_msgs::msg::dds_::Image_ m;
+    m.width(7);
+    m.height(5);
+    m.encoding(kind.encoding);
+    m.step(static_cast<std::uint32_t>(7 * kind.octets + 3));
+    for (int y = 0; y < 5; ++y)
+      for (std::size_t i = 0; i < m.step(); ++i)
+        m.data().push_back(i < 7 * kind.octets ? static_cast<std::uint8_t>(10 * (i % kind.octets + 1) + static_cast<std::size_t>(y)) : 255);
+    const StampedImage image = from_wire(m);
+    EXPECT_EQ(image.mosaic, kind.mosaic) << kind.encoding;
+    ASSERT_EQ(image.image.data.size(), 35 * kind.pixel.size()) << kind.encoding;
+    for (int y = 0; y < 5; ++y)
+      for (int x = 0; x < 7; ++x)
+        for (std::size_t c = 0; c < kind.pixel.size(); ++c) EXPECT_EQ(image.image.at(x, y, static_cast<int>(c)), kind.pixel[c] + y) << kind.encoding;
+    const StampedImage again = from_wire(to_wire(image));
+    EXPECT_EQ(again.image.data, image.image.data) << kind.encoding;
+    EXPECT_EQ(again.mosaic, image.mosaic) << kind.encoding;
+  }
+}
+
+TEST(ImageWire, WhatCannotBeTakenIsRefusedWithWhatToSend) {
+  sensor_msgs::msg::dds_::Image_ m;
+  m.width(8);
+  m.height(8);
+  m.step(64);
+  m.data().resize(512);
+  for (const char* encoding : {"mono16", "16UC1", "bayer_rggb16", "32FC1", "yuv422", "", "RGB8", "rgb8 "}) {
+    m.encoding(encoding);
+    try {
+      from_wire(m);
+      FAIL() << encoding;
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::vision_image_bad) << encoding;
+      EXPECT_NE(std::string(e.what()).find("mono8, rgb8"), std::string::npos) << e.what();
+      EXPECT_EQ(std::string(encoding).find("16") != std::string::npos, std::string(e.what()).find("scale them to 8") != std::string::npos) << e.what();
+    }
+  }
+  m.encoding("bayer_rggb8");
+  m.height(3);
+  m.data().resize(192);
+  EXPECT_THROW(from_wire(m), Error);
+}
+
 TEST(ImageWire, TakesRowsWithAStepAndRefusesTheRest) {
   sensor_msgs::msg::dds_::Image_ m;
   m.width(2);

@@ -95,7 +95,7 @@ struct CameraInjector::Impl {
       right.height(right.height() / 2);
       right.data().resize(right.data().size() / 2);
     }
-    if (fault == Fault::wrong_encoding) right.encoding("bayer_rggb8");
+    if (fault == Fault::wrong_encoding) right.encoding("mono16");
     if (fault == Fault::stale) right.header().stamp(wire::stamp_to_wire(shot.stamp_ns - 30000000));
     right_image.publish(right);
   }

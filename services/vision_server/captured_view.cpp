@@ -1,5 +1,7 @@
 #include "services/vision_server/captured_view.h"
 
+#include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <limits>
 
@@ -9,12 +11,31 @@ namespace {
 constexpr std::size_t kReadingsKept = 8;
 constexpr std::uint64_t kTimeKept = 2'000'000'000;  // of streams [ns]: an image may come that late
 constexpr std::size_t kMostKept = 4096;             // of streams, whatever their rate
+constexpr std::uint64_t kOneExposure = 1'000'000;   // of a pair [ns]: the stamps of two cameras that fire together
 
 std::uint64_t apart(std::int64_t a, std::int64_t b) {
   return a > b ? static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b)
                : static_cast<std::uint64_t>(b) - static_cast<std::uint64_t>(a);
 }
+
+std::string seconds(std::uint64_t ns) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.6g s", static_cast<double>(ns) * 1e-9);
+  return text;
+}
+
+void check_size(const ImageU8& image, const CameraCalibration& c, const char* eye) {
+  require(image.width == c.width && image.height == c.height, ErrorCode::vision_image_bad,
+          std::string("the ") + eye + " image has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+              " pixels, its camera info says " + std::to_string(c.width) + " x " + std::to_string(c.height) +
+              "; check the camera driver");
+}
 }  // namespace
+
+void check_sizes(const CapturedView& view) {
+  check_size(view.left, view.left_calibration, "left");
+  check_size(view.right, view.right_calibration, "right");
+}
 
 template <class T>
 void ViewCollector::Track<T>::add(std::int64_t stamp, std::uint64_t arrival, T value) {
@@ -42,6 +63,15 @@ const T* ViewCollector::Track<T>::find(std::int64_t stamp, std::int64_t toleranc
       best = &r.value;
     }
   return best;
+}
+
+template <class T>
+std::string ViewCollector::Track<T>::instead(std::int64_t stamp, std::uint64_t arrival) const {
+  const Reading<T>* nearest = nullptr;
+  for (const auto& r : readings)
+    if (r.arrival > arrival && (!nearest || apart(r.stamp, stamp) < apart(nearest->stamp, stamp))) nearest = &r;
+  if (!nearest || nearest->stamp == stamp) return "";
+  return " (the nearest that came is " + seconds(apart(nearest->stamp, stamp)) + (nearest->stamp < stamp ? " older)" : " newer)");
 }
 
 template <class T>
@@ -83,23 +113,42 @@ std::optional<CapturedView> ViewCollector::wait(std::int64_t stamp_ns, Moment tr
 ViewCollector::Parts ViewCollector::parts(std::int64_t stamp_ns, Moment triggered) const {
   const auto sent = static_cast<std::uint64_t>(triggered);
   const auto streamed = tolerance_ns_ == 0 ? sent : 0;
-  return {left_.find(stamp_ns, tolerance_ns_, sent),
+  Parts p{left_.find(stamp_ns, tolerance_ns_, sent),
           right_.find(stamp_ns, tolerance_ns_, sent),
           left_calibration_.find(stamp_ns, tolerance_ns_, sent),
           right_calibration_.find(stamp_ns, tolerance_ns_, sent),
           joints_.find(stamp_ns, tolerance_ns_, streamed),
-          base_pose_.find(stamp_ns, tolerance_ns_, streamed)};
+          base_pose_.find(stamp_ns, tolerance_ns_, streamed),
+          0};
+  if (!p.left || !p.right) return p;
+  // Of several pairs the nearest.
+  const auto usable = [&](const Reading<ImageU8>& r) { return r.arrival > sent && apart(r.stamp, stamp_ns) <= static_cast<std::uint64_t>(tolerance_ns_); };
+  std::uint64_t nearest = std::numeric_limits<std::uint64_t>::max(), least_apart = nearest;
+  for (const auto& l : left_.readings)
+    for (const auto& r : right_.readings) {
+      if (!usable(l) || !usable(r)) continue;
+      const std::uint64_t between = apart(l.stamp, r.stamp), away = apart(l.stamp, stamp_ns);
+      least_apart = std::min(least_apart, between);
+      if (between > kOneExposure || away + between >= nearest) continue;
+      nearest = away + between;
+      p.left = &l.value;
+      p.right = &r.value;
+    }
+  if (least_apart > kOneExposure) p.torn = least_apart;
+  return p;
 }
 
 std::string ViewCollector::missing(std::int64_t stamp_ns, Moment triggered) const {
   const std::lock_guard lock(mutex_);
   const Parts p = parts(stamp_ns, triggered);
   std::string text;
-  const auto check = [&](const void* part, const char* name) {
-    if (!part) text += (text.empty() ? "" : ", ") + std::string(name);
+  const auto check = [&](const void* part, const std::string& name) {
+    if (!part) text += (text.empty() ? "" : ", ") + name;
   };
-  check(p.left, "left image");
-  check(p.right, "right image");
+  const auto sent = static_cast<std::uint64_t>(triggered);
+  check(p.left, "left image" + left_.instead(stamp_ns, sent));
+  check(p.right, "right image" + right_.instead(stamp_ns, sent));
+  if (p.torn > 0) text = "left and right image of one exposure (they are " + seconds(p.torn) + " apart; have both cameras triggered together)";
   check(p.left_calibration, "left camera info");
   check(p.right_calibration, "right camera info");
   check(p.joints, "joint states");

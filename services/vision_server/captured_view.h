@@ -30,6 +30,9 @@ struct CapturedView {
   Pose X_WB = Pose::Identity();                          // base link as the robot reports it
 };
 
+// Throws Error(vision_image_bad) if an image has another size than its camera info.
+void check_sizes(const CapturedView& view);
+
 // Thread-safe. Images and camera infos keep their last few readings, joints and base pose, which may stream at a high rate,
 // those of the last two seconds; a view is complete when every part has a reading of its stamp.
 //
@@ -42,7 +45,8 @@ class ViewCollector {
   // A moment in the order of arrival.
   enum class Moment : std::uint64_t { begin = 0 };
 
-  // `tolerance`: how far a part's stamp may be from the view's [ns]; 0 asks for the same.
+  // `tolerance`: how far a part's stamp may be from the view's [ns]; 0 asks for the same. Left and right image must be of one
+  // exposure whatever it is: no more than a millisecond apart.
   explicit ViewCollector(std::int64_t tolerance_ns) : tolerance_ns_(tolerance_ns) {}
 
   void add_image(Part eye, std::int64_t stamp_ns, ImageU8 image);
@@ -56,7 +60,8 @@ class ViewCollector {
   Moment now() const;
   // Waits until the view of this stamp is complete with what came after `triggered`; nothing if it is not in time.
   std::optional<CapturedView> wait(std::int64_t stamp_ns, Moment triggered, std::chrono::milliseconds timeout);
-  // Names of what is missing for that stamp: "right image, base pose".
+  // Names of what is missing for that stamp: "right image, base pose"; of images, how stale those are that came instead, or how
+  // far apart the two were taken.
   std::string missing(std::int64_t stamp_ns, Moment triggered) const;
   // The last fault since clear_faults(); empty if none.
   std::string fault() const;
@@ -76,13 +81,16 @@ class ViewCollector {
     void add(std::int64_t stamp, std::uint64_t arrival, T value);
     // The nearest one that came after `arrival`; nullptr if none is near enough.
     const T* find(std::int64_t stamp, std::int64_t tolerance, std::uint64_t arrival) const;
+    // " (the nearest that came is 0.033 s older)", or nothing.
+    std::string instead(std::int64_t stamp, std::uint64_t arrival) const;
   };
   struct Parts {  // of one view; null where missing
     const ImageU8 *left, *right;
     const CameraCalibration *left_calibration, *right_calibration;
     const JointPositions* joints;
     const Pose* X_WB;
-    bool complete() const { return left && right && left_calibration && right_calibration && joints && X_WB; }
+    std::uint64_t torn;  // left and right image are of two exposures, so many nanoseconds apart; else 0
+    bool complete() const { return torn == 0 && left && right && left_calibration && right_calibration && joints && X_WB; }
   };
   template <class T>
   void add(Track<T>& track, std::int64_t stamp, T value);

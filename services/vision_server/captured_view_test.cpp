@@ -49,6 +49,50 @@ TEST(ViewCollector, WithToleranceTheNearestReadingCounts) {
   EXPECT_EQ(c.wait(50, kBegin, 1ms)->right.at(0, 0), 52);
 }
 
+TEST(ViewCollector, ImagesOfTwoExposuresAreNoPair) {
+  ViewCollector c(50 * kMillisecond);
+  const std::int64_t stamp = 1000 * kMillisecond;
+  add_all_but_right(c, stamp);
+  c.add_image(Part::right, stamp + 33 * kMillisecond, ImageU8(2, 2, 1, 1));
+  EXPECT_FALSE(c.wait(stamp, kBegin, 1ms));
+  EXPECT_EQ(c.missing(stamp, kBegin), "left and right image of one exposure (they are 0.033 s apart; have both cameras triggered together)");
+  // Half a frame later there is a pair: farther away than the left image alone, but of one moment.
+  c.add_image(Part::left, stamp + 33 * kMillisecond + 500'000, ImageU8(2, 2, 1, 2));
+  const auto view = c.wait(stamp, kBegin, 1ms);
+  ASSERT_TRUE(view);
+  EXPECT_EQ(view->left.at(0, 0), 2);
+  EXPECT_EQ(view->right.at(0, 0), 1);
+  EXPECT_EQ(c.missing(stamp, kBegin), "");
+}
+
+TEST(ViewCollector, WhatIsStaleIsSaidToBe) {
+  ViewCollector c(kMillisecond);
+  const std::int64_t stamp = 1000 * kMillisecond;
+  add_all_but_right(c, stamp);
+  c.add_image(Part::right, stamp - 250 * kMillisecond, ImageU8(2, 2));
+  c.add_image(Part::right, stamp - 400 * kMillisecond, ImageU8(2, 2));
+  EXPECT_FALSE(c.wait(stamp, kBegin, 1ms));
+  EXPECT_EQ(c.missing(stamp, kBegin), "right image (the nearest that came is 0.25 s older)");
+}
+
+TEST(CheckSizes, AnImageOfAnotherSizeThanItsCameraInfoIsRefused) {
+  CapturedView view;
+  view.left = view.right = ImageU8(7, 5);
+  for (CameraCalibration* c : {&view.left_calibration, &view.right_calibration}) {
+    c->width = 7;
+    c->height = 5;
+  }
+  EXPECT_NO_THROW(check_sizes(view));
+  view.right = ImageU8(5, 7);
+  try {
+    check_sizes(view);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::vision_image_bad);
+    EXPECT_NE(std::string(e.what()).find("the right image has 5 x 7 pixels, its camera info says 7 x 5"), std::string::npos);
+  }
+}
+
 TEST(ViewCollector, WakesUpWhenTheLastPartArrives) {
   ViewCollector c(0);
   add_all_but_right(c, 7);

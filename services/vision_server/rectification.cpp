@@ -35,11 +35,7 @@ ImageU8 to_image(const cv::Mat& m) {
   return out;
 }
 
-ImageU8 rectified(const ImageU8& raw, const CameraCalibration& c, const char* eye, RectificationMaps& maps) {
-  require(raw.width == c.width && raw.height == c.height, ErrorCode::vision_image_bad,
-          std::string("the ") + eye + " image has " + std::to_string(raw.width) + " x " + std::to_string(raw.height) +
-              " pixels, its camera info says " + std::to_string(c.width) + " x " + std::to_string(c.height) +
-              "; check the camera driver");
+ImageU8 rectified(const ImageU8& raw, const CameraCalibration& c, RectificationMaps& maps) {
   return is_rectified(c) ? raw : maps.resample(raw, c);
 }
 
@@ -110,13 +106,14 @@ StereoRig rig_of(const CameraCalibration& left, const CameraCalibration& right) 
 }
 
 RectifiedPair rectify(const CapturedView& view, const Pose& X_WC_raw, RectificationMaps& maps) {
+  check_sizes(view);
   RectifiedPair pair;
   pair.rig = rig_of(view.left_calibration, view.right_calibration);
   // R turns raw into rectified coordinates, so the rectified frame stands at its transpose in the raw one.
   pair.X_WC = X_WC_raw;
   pair.X_WC.linear() = X_WC_raw.linear() * view.left_calibration.R.transpose();
-  const ImageU8 left = rectified(view.left, view.left_calibration, "left", maps);
-  const ImageU8 right = rectified(view.right, view.right_calibration, "right", maps);
+  const ImageU8 left = rectified(view.left, view.left_calibration, maps);
+  const ImageU8 right = rectified(view.right, view.right_calibration, maps);
   pair.left = converted(left, 3);
   pair.right = converted(right, 3);
   pair.left_grey = converted(left, 1);

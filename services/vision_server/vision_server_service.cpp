@@ -18,6 +18,7 @@
 #include "idl/vision.h"
 #include "services/vision_server/camera_pose.h"
 #include "services/vision_server/captured_view.h"
+#include "services/vision_server/demosaic.h"
 #include "services/vision_server/perceive.h"
 
 namespace periplus::vision {
@@ -88,7 +89,7 @@ struct VisionServerService::Impl {
   void take_image(Part eye, const Image& m) {
     guarded(eye == Part::left ? "left image" : "right image", [&] {
       wire::StampedImage image = wire::from_wire(m);
-      collector.add_image(eye, image.stamp_ns, std::move(image.image));
+      collector.add_image(eye, image.stamp_ns, demosaiced(std::move(image.image), image.mosaic));
     });
   }
 
@@ -126,6 +127,7 @@ struct VisionServerService::Impl {
                   "); check that the simulator or the camera driver runs");
       result.throw_if_failed("camera/trigger");
       if (auto complete = collector.wait(answer.stamp_ns(), triggered, settings.images_deadline)) {
+        check_sizes(*complete);
         pose_of(*complete);  // refuses joints that do not fit before the view counts as captured
         rig_of(complete->left_calibration, complete->right_calibration);
         views.put(view_id, std::move(*complete));

@@ -20,7 +20,7 @@ void domain_and_back(const Message& message) {
   if constexpr (std::is_same_v<Message, RosImage>) {
     const RosImage out = wire::to_wire(*domain);
     const auto again = fuzz::must_read("an image came in and went out", [&] { return wire::from_wire(out); });
-    if (again.stamp_ns != domain->stamp_ns || again.image.data != domain->image.data) fuzz::finding("an image that came in and went out is another one");
+    if (again.stamp_ns != domain->stamp_ns || again.image.data != domain->image.data || again.mosaic != domain->mosaic) fuzz::finding("an image that came in and went out is another one");
   } else if constexpr (std::is_same_v<Message, msg::Perception>) {
     const msg::Perception out = wire::to_wire(*domain);
     fuzz::must_read("a perception came in and went out", [&] { return wire::from_wire(out); });
@@ -54,11 +54,11 @@ class Fields {
 };
 
 void typed(Fields fields) {
-  static constexpr const char* encodings[] = {"rgb8", "bgr8", "mono8", "mono16", ""};
+  static constexpr const char* encodings[] = {"rgb8", "bgr8", "mono8", "mono16", "", "rgba8", "bgra8", "bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"};
   RosImage image;
   image.header().stamp().sec(fields.next<std::int32_t>());
   image.header().stamp().nanosec(fields.next<std::uint32_t>());
-  image.encoding(encodings[fields.next<std::uint8_t>() % 5]);
+  image.encoding(encodings[fields.next<std::uint8_t>() % std::size(encodings)]);
   image.width(fields.next<std::uint16_t>());
   image.height(fields.next<std::uint16_t>());
   image.step(fields.next<std::uint32_t>());
