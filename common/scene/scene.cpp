@@ -115,6 +115,25 @@ Landmark read_landmark(const config::Node& node, std::set<std::string>& names) {
   return l;
 }
 
+CameraImperfections read_cameras(const config::Node& node) {
+  CameraImperfections c;
+  const auto number = [&node](const char* key, std::optional<double>& value, config::Range range) {
+    double read = 0;
+    if (node.read(key, read, range)) value = read;
+  };
+  number("noise_grey", c.noise, {0, 100});
+  number("right_gain", c.right_gain, {0.1, 10});
+  number("right_offset_grey", c.right_offset, {-255, 255});
+  const auto distortion = [&node](const char* key, std::vector<double>& values) {
+    if (node.read(key, values) && !values.empty() && values.size() != 5)
+      refuse(node, std::string(key) + ": five coefficients k1, k2, p1, p2, k3 are expected, or [] for none");
+  };
+  distortion("left_distortion", c.left_distortion);
+  distortion("right_distortion", c.right_distortion);
+  distortion("wide_distortion", c.wide_distortion);
+  return c;
+}
+
 Truth read_truth(const config::Node& node) {
   Truth t;
   t.mesh = node.get<std::string>("mesh");
@@ -176,6 +195,8 @@ Scene parse_scene(std::string_view yaml, std::string_view name) {
   const auto landmarks = root.children("landmarks");
   if (landmarks.size() > kMostLandmarks) refuse(root, "landmarks: at most 256 are possible");
   for (const config::Node& node : landmarks) scene.landmarks.push_back(read_landmark(node, names));
+
+  scene.cameras = read_cameras(root.child("cameras"));
 
   const config::Node start = root.child("robot_start");
   start.read("x_m", scene.robot_start.x, {-100, 100});

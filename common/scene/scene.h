@@ -58,12 +58,21 @@ struct Truth {
   std::string texture;              // as of a Solid
 };
 
+// What the simulated cameras do to their pictures; what is absent the simulator's configuration says. Distortions are k1 k2 p1 p2 k3 of
+// OpenCV's plumb_bob model; empty: none. In YAML, all of them optional:
+//   cameras: {noise_grey: 2, right_gain: 1.03, right_offset_grey: 2, left_distortion: [-0.2, 0.05, 0, 0, 0], right_distortion: [...], wide_distortion: [...]}
+struct CameraImperfections {
+  std::optional<double> noise, right_gain, right_offset;  // grey levels of 0..255
+  std::vector<double> left_distortion, right_distortion, wide_distortion;
+};
+
 struct Scene {
   std::string name;
   Room room;
   std::vector<Solid> solids;
   std::vector<Light> lights;
   std::vector<Landmark> landmarks;
+  CameraImperfections cameras;      // read by a simulator alone
   Pose2 robot_start;                // floor pose of the robot's base
   std::optional<Truth> truth;
 };

@@ -51,6 +51,22 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text.replace(at, what.size(), by);
 }
 
+TEST(Scene, ImperfectionsOfCamerasAreReadAndChecked) {
+  const auto with = [](const std::string& cameras) { return std::string(kText) + "cameras: {" + cameras + "}\n"; };
+  const CameraImperfections none = parse_scene(kText, "s.yaml").cameras;
+  EXPECT_FALSE(none.noise || none.right_gain || none.right_offset);
+  EXPECT_TRUE(none.left_distortion.empty() && none.right_distortion.empty() && none.wide_distortion.empty());
+  const CameraImperfections c =
+      parse_scene(with("noise_grey: 3, right_gain: 0.9, right_offset_grey: -4, left_distortion: [-0.2, 0.05, 0, 0.001, 0], wide_distortion: []"), "s.yaml").cameras;
+  EXPECT_EQ(c.noise, 3);
+  EXPECT_EQ(c.right_gain, 0.9);
+  EXPECT_EQ(c.right_offset, -4);
+  EXPECT_EQ(c.left_distortion, (std::vector<double>{-0.2, 0.05, 0, 0.001, 0}));
+  EXPECT_TRUE(c.right_distortion.empty());
+  for (const char* bad : {"noise_grey: -1", "right_gain: 0", "left_distortion: [1, 2]", "right_distortion: [.nan, 0, 0, 0, 0]", "gain: 2"})
+    EXPECT_THROW(parse_scene(with(bad), "s.yaml"), Error) << bad;
+}
+
 TEST(Scene, ReadsEverything) {
   const Scene s = parse_scene(kText, "s.yaml");
   EXPECT_EQ(s.name, "kitchen");

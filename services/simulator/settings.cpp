@@ -31,4 +31,10 @@ SimulatorSettings read_settings(const config::Node& root) {
   return s;
 }
 
+void apply(const scene::CameraImperfections& cameras, SimulatorSettings& s) {
+  if (cameras.noise) s.left.noise = s.right.noise = s.wide.noise = *cameras.noise;
+  if (cameras.right_gain) s.right.gain = *cameras.right_gain;
+  if (cameras.right_offset) s.right.offset = *cameras.right_offset;
+}
+
 }  // namespace periplus::simulator

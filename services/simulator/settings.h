@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/core/config.h"
+#include "common/scene/scene.h"
 #include "services/simulator/camera_sensor.h"
 
 namespace periplus::simulator {
@@ -23,5 +24,8 @@ struct SimulatorSettings {
 
 // Throws Error(bad_input) for unknown keys and values out of range.
 SimulatorSettings read_settings(const config::Node& root);
+
+// What the scene says of the cameras goes before the configuration.
+void apply(const scene::CameraImperfections& cameras, SimulatorSettings& settings);
 
 }  // namespace periplus::simulator

@@ -22,6 +22,26 @@ TEST(SimulatorSettings, TheDefaultFileSaysTheDefaults) {
   EXPECT_FALSE(file.right.blank || file.silent_cameras || file.fall_at_tick);
 }
 
+TEST(SimulatorSettings, TheSceneGoesBeforeTheConfiguration) {
+  SimulatorSettings s;
+  s.right.noise = 5;
+  s.right.gain = 1.2;
+  s.right.offset = 7;
+  scene::CameraImperfections cameras;
+  apply(cameras, s);
+  EXPECT_EQ(s.right.noise, 5);
+  EXPECT_EQ(s.right.gain, 1.2);
+  EXPECT_EQ(s.right.offset, 7);
+  cameras.noise = 0.5;
+  cameras.right_gain = 0.8;
+  cameras.right_offset = -3;
+  apply(cameras, s);
+  for (const CameraSensor& eye : {s.left, s.right, s.wide}) EXPECT_EQ(eye.noise, 0.5);
+  EXPECT_EQ(s.left.gain, 1);
+  EXPECT_EQ(s.right.gain, 0.8);
+  EXPECT_EQ(s.right.offset, -3);
+}
+
 TEST(SimulatorSettings, WrongValuesAreRefused) {
   EXPECT_THROW(read_settings(config::parse("cameras: {noise: 2}", "a")), Error);
   EXPECT_THROW(read_settings(config::parse("cameras: {noise_grey: -1}", "a")), Error);

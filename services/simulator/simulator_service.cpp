@@ -17,6 +17,7 @@
 #include "idl/ros2.h"
 #include "idl/sim.h"
 #include "services/simulator/ideal_robot.h"
+#include "services/simulator/lens.h"
 
 namespace periplus::simulator {
 
@@ -65,16 +66,27 @@ std::vector<render::TrueObject> load_objects(const scene::Scene& scene, const st
   return {render::load_true_object(*scene.truth, folders)};
 }
 
-render::RendererOptions renderer_options(const SimulatorSettings& s, const robot::RobotModel& robot, const std::vector<std::string>& folders) {
+SimulatorSettings with(SimulatorSettings settings, const scene::CameraImperfections& cameras) {
+  apply(cameras, settings);
+  return settings;
+}
+
+// Of left, right and wide camera.
+std::vector<Lens> lenses_of(const scene::CameraImperfections& cameras, const robot::RobotModel& robot) {
+  return {Lens(robot.camera(kCameras[0]).pinhole, cameras.left_distortion), Lens(robot.camera(kCameras[1]).pinhole, cameras.right_distortion),
+          Lens(robot.camera(kCameras[2]).pinhole, cameras.wide_distortion)};
+}
+
+render::RendererOptions renderer_options(const SimulatorSettings& s, const std::vector<Lens>& lenses, const std::vector<std::string>& folders) {
   render::RendererOptions o;
   o.backend = s.backend;
   o.threads = s.render_threads;
   o.samples = s.samples;
   o.asset_folders = folders;
   o.max_width = o.max_height = 1;
-  for (const char* name : kCameras) {
-    o.max_width = std::max(o.max_width, robot.camera(name).pinhole.width);
-    o.max_height = std::max(o.max_height, robot.camera(name).pinhole.height);
+  for (const Lens& lens : lenses) {
+    o.max_width = std::max(o.max_width, lens.drawn().width);
+    o.max_height = std::max(o.max_height, lens.drawn().height);
   }
   return o;
 }
@@ -83,15 +95,16 @@ render::RendererOptions renderer_options(const SimulatorSettings& s, const robot
 
 struct SimulatorService::Impl {
   Impl(service::Service& life, const SimulatorSettings& s, const SimulatorOptions& o)
-      : settings(s),
-        node(life.node()),
+      : node(life.node()),
         scene(scene::load_scene(o.scene_file)),
+        settings(with(s, scene.cameras)),
         scene_revision(wire::scene_revision(scene::without_truth(read_file(o.scene_file)))),
         robot_revision(wire::robot_revision(read_file(o.robot_file), read_file(urdf_beside(o.robot_file)))),
         folders{std::filesystem::path(o.scene_file).parent_path().string()},
         objects(load_objects(scene, folders)),
         robot(load_robot(o.robot_file), scene.robot_start, {.joint_limit_slack = s.joint_limit_slack, .fall_at_tick = s.fall_at_tick}),
-        renderer(scene, objects, renderer_options(s, robot.model(), folders)),
+        lenses(lenses_of(scene.cameras, robot.model())),
+        renderer(scene, objects, renderer_options(s, lenses, folders)),
         states(node, "periplus/robot/state", dds::qos_stream()),
         clock(node, "rt/clock", dds::qos_stream()),
         joint_states(node, "rt/joint_states", dds::qos_stream(kImageDepth)),
@@ -181,10 +194,13 @@ struct SimulatorService::Impl {
     for (std::size_t i = 0; i < 3; ++i) {
       const std::string name = kCameras[i], frame = name + "_camera_optical";
       const Pinhole& pinhole = robot.model().camera(name).pinhole;
-      wire::StampedImage image{state.stamp_ns, frame, renderer.render(poses[i], pinhole).colour};
+      wire::StampedImage image{state.stamp_ns, frame, lenses[i].bend(renderer.render(poses[i], lenses[i].drawn()).colour)};
       expose(image.image, *sensors[i], picture_seed(settings.seed, id, name));
       view.images[i] = wire::to_wire(image);
-      view.infos[i] = wire::to_wire(state.stamp_ns, frame, CameraCalibration::ideal(pinhole, name == "right" ? baseline : 0));
+      // Rectified it is the ideal camera: K as P, and the true distortion.
+      CameraCalibration calibration = CameraCalibration::ideal(pinhole, name == "right" ? baseline : 0);
+      calibration.distortion = lenses[i].distortion();
+      view.infos[i] = wire::to_wire(state.stamp_ns, frame, calibration);
     }
     return view;
   }
@@ -207,14 +223,15 @@ struct SimulatorService::Impl {
     require(truth->publish(m), ErrorCode::bad_size, scene.name + ": the object's mesh is too large to be published; simplify it");
   }
 
-  const SimulatorSettings settings;
   dds::Node& node;  // before the rest, so that others see the simulator start while the pictures are made
   const scene::Scene scene;
+  const SimulatorSettings settings;
   const std::string scene_revision, robot_revision;
   const std::vector<std::string> folders;
   const std::vector<render::TrueObject> objects;
   std::mutex robot_mutex;
   IdealRobot robot;
+  const std::vector<Lens> lenses;
   render::Renderer renderer;
   std::deque<View> views;  // of the trigger's one thread
   dds::Publisher<msg::RobotState> states;

@@ -59,6 +59,7 @@ TEST(SimulatorService, CommandsViewsAndTruthOverDds) {
   const std::string scene_text =
       "name: ball\nroom: {size_m: [4, 4, 2.5]}\nrobot_start: {x_m: -1.2}\n"
       "lights: [{position_m: [-1, 0, 2]}]\n"
+      "cameras: {noise_grey: 1, right_distortion: [-0.2, 0.05, 0.001, 0, 0]}\n"
       "truth: {mesh: ball.ply, longest_side_m: 0.3, position_m: [0, 0, 0.8], texture: \"noise:5\"}\n";
   std::ofstream(folder / "scene.yaml") << scene_text;
   service::testing::TestService life("simulator_service_test");
@@ -112,6 +113,7 @@ TEST(SimulatorService, CommandsViewsAndTruthOverDds) {
   const Image first = left.get();
   EXPECT_EQ(first.data().size(), std::size_t{3} * first.width() * first.height());
   EXPECT_EQ(first.header().stamp().nanosec(), 5'000'000u);
+  EXPECT_EQ(right_info.get().d(), (std::vector<double>{-0.2, 0.05, 0.001, 0, 0}));
   EXPECT_NEAR(right_info.get().p()[3], -0.144 * right_info.get().p()[0], 1e-6);
 
   // The robot moves on; the view stays what it was.
