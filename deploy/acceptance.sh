@@ -6,7 +6,7 @@
 # "skipped"; with PERIPLUS_REQUIRE_DOCKER=1 a missing engine is a failure.
 set -uo pipefail
 cd "$(dirname "$0")/.."
-all=(build ci visibility search nbv_benchmark eyes demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug fuzz hosts compose)
+all=(build ci visibility search nbv_benchmark carving eyes demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug fuzz hosts compose)
 if [ "${1:-}" = --list ]; then printf '%s\n' "${all[@]}"; exit 0; fi
 checks=("$@"); [ $# -gt 0 ] || checks=("${all[@]}")
 for check in "${checks[@]}"; do
@@ -156,6 +156,16 @@ for c in json.load(open(sys.argv[1]))["checks"]:
       [ -s "$work/nbv_benchmark.checks" ] || say nbv_benchmark.report missing "" "a report" false
       while IFS=$'\t' read -r name value limit ok detail; do say "$name" "$value" "" "$limit" "$ok" "$detail"; done <"$work/nbv_benchmark.checks"
       mkdir -p docs/results/nbv_benchmark && cp "$work"/nbv_benchmark/{index.html,benchmark.json,benchmark.csv} docs/results/nbv_benchmark/ ;;
+    carving)  # a depth map into the grid, beside OctoMap's insertPointCloud of the same depth
+      ninja -C build/release carving_bench >"$work/carving.log" 2>&1
+      "$bin/carving_bench" --benchmark_format=json >"$work/carving.json" 2>>"$work/carving.log" && sed '/"executable"/d; /"host_name"/d' "$work/carving.json" >docs/results/carving.json
+      while read -r cells limit; do
+        octomap=$(benchmark_ms "$work/carving.json" octomap_insert_point_cloud/cells:$cells)
+        value=$(benchmark_ms "$work/carving.json" depth_into_grid/cells:$cells)
+        judge "carving.$cells" "$value" ms '<=' "$limit" "$octomap"
+        judge "carving.$cells.times_octomap" "$(python3 -c "print(round($octomap / $value))" 2>/dev/null)" times '>=' 300
+      done <<<$'128 5\n256 10'
+      judge carving.labels "$(benchmark_ms "$work/carving.json" labels/cells:128)" ms '<=' 2 ;;
     eyes)  # stereo and carving against the truth; page, JSON and CSV go to docs/results/eyes_benchmark
       rm -rf "$work/eyes_benchmark"
       start=$SECONDS

@@ -52,17 +52,17 @@ PERIPLUS_INLINE void run_body(const GridRays& r, int x0, int y, const float* dep
 
   // Least depth within a voxel's projection about the pixel: what has kept such a voxel from being emptied.
   const float widest = static_cast<float>(r.width > r.height ? r.width : r.height);
+  std::int32_t radius[kRun], row[kRun];
   for (int i = 0; i < kRun; ++i) {
     nearest[i] = z[i];
     last[i] = -1;
+    radius[i] = static_cast<std::int32_t>(least(greatest(r.focal_px * r.voxel_m / z[i], 1.0f), widest));
   }
   for (int dy = -1; dy <= 1; ++dy) {
+    for (int i = 0; i < kRun; ++i) row[i] = clamped(y + dy * radius[i], r.height - 1) * r.width;
     for (int dx = -1; dx <= 1; ++dx) {
       for (int i = 0; i < kRun; ++i) {
-        const float span = r.focal_px * r.voxel_m / z[i];
-        const std::int32_t radius = static_cast<std::int32_t>(least(greatest(span, 1.0f), widest));
-        const std::int32_t u = clamped(x0 + i + dx * radius, r.width - 1), v = clamped(y + dy * radius, r.height - 1);
-        const float m = r.minimum[v * r.width + u];
+        const float m = r.minimum[row[i] + clamped(x0 + i + dx * radius[i], r.width - 1)];
         nearest[i] = m > 0 ? least(nearest[i], m) : nearest[i];
       }
     }

@@ -1,5 +1,7 @@
 // A depth map of 640x480 into a grid of 0.5 m around a sphere before a wall, and beside it Algorithm 3 voxel by voxel and OctoMap's
-// insertPointCloud (discretize, lazy_eval, limited to the box) of the same depth. `times_octomap`: how often ours fits into OctoMap's time
+// insertPointCloud (maxrange -1, lazy_eval true, discretize true, limited to the box) of the same depth. Limited to the box, OctoMap follows
+// only the rays that end in it: those to the wall, which empty the rest of the box for ours, cost it nothing and tell it nothing.
+// Without the box it takes minutes and 14 GB. `times_octomap`: how often ours fits into OctoMap's time
 // in this run. Each turn begins with the grid as the first look left it: the work of a second look.
 #include <benchmark/benchmark.h>
 #include <octomap/octomap.h>
