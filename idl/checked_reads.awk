@@ -92,7 +92,7 @@ match($0, /m_[A-Za-z0-9_]+ = aux\.c_str\(\);/) {
 
 { print > out }
 
-/^#include <fastcdr\/Cdr.h>/ { print "#include \"idl/bounded_read.h\"" > out }
+/^#include <fastcdr\/Cdr.h>/ { print "#include \"common/dds/bounded_read.h\"" > out }
 
 END {
   if (failed) exit 1

@@ -5,7 +5,7 @@
 
 #include "common/core/random.h"
 #include "common/dds/testing/allocations.h"
-#include "idl/bounded_read.h"
+#include "common/dds/bounded_read.h"
 #include "idl/common.h"
 #include "idl/model.h"
 #include "idl/motion.h"

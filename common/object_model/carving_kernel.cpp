@@ -1,17 +1,11 @@
-// Compiled by itself, vectorised, without fused operations (CMakeLists.txt). The bodies are inlined into one function per
-// instruction set.
 #include "common/object_model/carving_kernel.h"
+
+#include "common/object_model/grid_camera_inline.h"
+#include "common/voxel/simd_function.h"
 
 namespace periplus::object_model {
 namespace {
 
-#if defined(__x86_64__)
-#define PERIPLUS_AVX2 __attribute__((target("avx2")))
-#define PERIPLUS_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,prefer-vector-width=512")))
-#endif
-#define PERIPLUS_INLINE inline __attribute__((always_inline))
-
-constexpr float kNear = 1e-3f;   // [m]
 constexpr float kRounding = 1e-6f;  // of a sum of a few products in single precision, as a share of its largest terms
 
 PERIPLUS_INLINE float absolute(float v) { return v < 0 ? -v : v; }
@@ -53,7 +47,7 @@ PERIPLUS_INLINE void rectangles_body(const GridCamera& c, int x, int y0, int z0,
     const float fy = static_cast<float>(y0 + (i >> 3)), fz = static_cast<float>(z0 + (i & 7));
     out.depth[i] = (((first + w1 * fy) + w2 * fz) + half) + kRounding * sum[2];
     const float slack = rounding / near[i], l = u0[i] - slack, r = u1[i] + slack, t = v0[i] - slack, b = v1[i] + slack;
-    const std::int32_t in = (near[i] > kNear) & (l >= -0.5f) & (t >= -0.5f) & (r < right) & (b < lower);
+    const std::int32_t in = (near[i] > kNearestDepth) & (l >= -0.5f) & (t >= -0.5f) & (r < right) & (b < lower);
     out.inside[i] = in;
     // What is not inside may be no number at all: 0 then, before it becomes an integer.
     out.x0[i] = static_cast<std::int32_t>(in != 0 ? l + 0.5f : 0.0f);
@@ -93,58 +87,27 @@ PERIPLUS_INLINE std::uint64_t seen_body(const LayerRectangles& q, const float* s
 }
 
 PERIPLUS_INLINE void pixels_body(const GridCamera& c, int x, int y0, int z0, LayerPixels& out) {
-  const float fx = static_cast<float>(x) + 0.5f, width = static_cast<float>(c.width) - 0.5f, height = static_cast<float>(c.height) - 0.5f;
-  const float a = c.m[0][0] * fx + c.m[0][3], b = c.m[1][0] * fx + c.m[1][3], w = c.m[2][0] * fx + c.m[2][3];
+  const LayerView view(c, x);
   for (int i = 0; i < kLayer; ++i) {
-    const float fy = static_cast<float>(y0 + (i >> 3)) + 0.5f, fz = static_cast<float>(z0 + (i & 7)) + 0.5f;
-    const float depth = (w + c.m[2][1] * fy) + c.m[2][2] * fz, inverse = 1.0f / depth;
-    const float u = ((a + c.m[0][1] * fy) + c.m[0][2] * fz) * inverse, v = ((b + c.m[1][1] * fy) + c.m[1][2] * fz) * inverse;
-    const std::int32_t in = (depth > kNear) & (u > -0.5f) & (v > -0.5f) & (u < width) & (v < height);
+    float u, v;
+    const std::int32_t in = view.center(c, y0 + (i >> 3), z0 + (i & 7), u, v, out.depth[i]);
     const std::int32_t column = static_cast<std::int32_t>(in != 0 ? u + 0.5f : 0.0f), row = static_cast<std::int32_t>(in != 0 ? v + 0.5f : 0.0f);
     out.pixel[i] = in != 0 ? row * c.width + column : -1;
-    out.depth[i] = depth;
   }
 }
 
-void pixels_portable(const GridCamera& c, int x, int y, int z, LayerPixels& out) { pixels_body(c, x, y, z, out); }
-void rectangles_portable(const GridCamera& c, int x, int y, int z, LayerRectangles& out) { rectangles_body(c, x, y, z, out); }
-std::uint64_t seen_portable(const LayerRectangles& q, const float* s, int width, int side, float margin) { return seen_body(q, s, width, side, margin); }
-#if defined(__x86_64__)
-PERIPLUS_AVX2 void pixels_avx2(const GridCamera& c, int x, int y, int z, LayerPixels& out) { pixels_body(c, x, y, z, out); }
-PERIPLUS_AVX512 void pixels_avx512(const GridCamera& c, int x, int y, int z, LayerPixels& out) { pixels_body(c, x, y, z, out); }
-PERIPLUS_AVX2 void rectangles_avx2(const GridCamera& c, int x, int y, int z, LayerRectangles& out) { rectangles_body(c, x, y, z, out); }
-PERIPLUS_AVX512 void rectangles_avx512(const GridCamera& c, int x, int y, int z, LayerRectangles& out) { rectangles_body(c, x, y, z, out); }
-PERIPLUS_AVX2 std::uint64_t seen_avx2(const LayerRectangles& q, const float* s, int width, int side, float margin) { return seen_body(q, s, width, side, margin); }
-PERIPLUS_AVX512 std::uint64_t seen_avx512(const LayerRectangles& q, const float* s, int width, int side, float margin) { return seen_body(q, s, width, side, margin); }
-#endif
+PERIPLUS_SIMD_FUNCTION(void, pixels, (const GridCamera& c, int x, int y, int z, LayerPixels& out), (c, x, y, z, out))
+PERIPLUS_SIMD_FUNCTION(void, rectangles, (const GridCamera& c, int x, int y, int z, LayerRectangles& out), (c, x, y, z, out))
+PERIPLUS_SIMD_FUNCTION(std::uint64_t, seen, (const LayerRectangles& q, const float* squares, int width, int side, float margin), (q, squares, width, side, margin))
 
 }  // namespace
 
-void layer_rectangles(const GridCamera& camera, int x, int y0, int z0, LayerRectangles& out, voxel::Simd simd) {
-#if defined(__x86_64__)
-  simd = voxel::resolve(simd);
-  if (simd >= voxel::Simd::avx512) return rectangles_avx512(camera, x, y0, z0, out);
-  if (simd == voxel::Simd::avx2) return rectangles_avx2(camera, x, y0, z0, out);
-#endif
-  rectangles_portable(camera, x, y0, z0, out);
-}
+void layer_rectangles(const GridCamera& camera, int x, int y0, int z0, LayerRectangles& out, voxel::Simd simd) { rectangles_for(simd)(camera, x, y0, z0, out); }
 
 std::uint64_t layer_seen_through(const LayerRectangles& rectangles, const float* squares, int width, int side, float margin, voxel::Simd simd) {
-#if defined(__x86_64__)
-  simd = voxel::resolve(simd);
-  if (simd >= voxel::Simd::avx512) return seen_avx512(rectangles, squares, width, side, margin);
-  if (simd == voxel::Simd::avx2) return seen_avx2(rectangles, squares, width, side, margin);
-#endif
-  return seen_portable(rectangles, squares, width, side, margin);
+  return seen_for(simd)(rectangles, squares, width, side, margin);
 }
 
-void layer_pixels(const GridCamera& camera, int x, int y0, int z0, LayerPixels& out, voxel::Simd simd) {
-#if defined(__x86_64__)
-  simd = voxel::resolve(simd);
-  if (simd >= voxel::Simd::avx512) return pixels_avx512(camera, x, y0, z0, out);
-  if (simd == voxel::Simd::avx2) return pixels_avx2(camera, x, y0, z0, out);
-#endif
-  pixels_portable(camera, x, y0, z0, out);
-}
+void layer_pixels(const GridCamera& camera, int x, int y0, int z0, LayerPixels& out, voxel::Simd simd) { pixels_for(simd)(camera, x, y0, z0, out); }
 
 }  // namespace periplus::object_model

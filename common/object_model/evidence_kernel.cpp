@@ -1,15 +1,9 @@
-// Compiled by itself, vectorised, without fused operations (CMakeLists.txt). The body is inlined into one function per
-// instruction set.
 #include "common/object_model/evidence_kernel.h"
+
+#include "common/voxel/simd_function.h"
 
 namespace periplus::object_model {
 namespace {
-
-#if defined(__x86_64__)
-#define PERIPLUS_AVX2 __attribute__((target("avx2")))
-#define PERIPLUS_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,prefer-vector-width=512")))
-#endif
-#define PERIPLUS_INLINE inline __attribute__((always_inline))
 
 // Behind the measured depth, noise may have put the surface's voxel [voxels].
 constexpr float kBehind = 0.3f;
@@ -23,7 +17,20 @@ PERIPLUS_INLINE float least(float a, float b) { return a < b ? a : b; }
 PERIPLUS_INLINE float greatest(float a, float b) { return a > b ? a : b; }
 PERIPLUS_INLINE std::int32_t clamped(std::int32_t v, std::int32_t most) { return v < 0 ? 0 : v > most ? most : v; }
 
-PERIPLUS_INLINE void run_body(const GridRays& r, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out) {
+struct Voxel {
+  std::int32_t inside, number;  // 1 within the grid, else 0; 512 times the brick and the place within it
+};
+
+PERIPLUS_INLINE Voxel voxel_at(const GridRays& r, float x, float y, float z) {
+  const float sx = static_cast<float>(r.size[0]), sy = static_cast<float>(r.size[1]), sz = static_cast<float>(r.size[2]);
+  const std::int32_t in = (x >= 0) & (x < sx) & (y >= 0) & (y < sy) & (z >= 0) & (z < sz);
+  // What is not inside may be no number at all: 0 then, before it becomes an integer.
+  const std::int32_t i = static_cast<std::int32_t>(in != 0 ? x : 0.0f), j = static_cast<std::int32_t>(in != 0 ? y : 0.0f), k = static_cast<std::int32_t>(in != 0 ? z : 0.0f);
+  return {in, (((i >> 3) * r.bricks[1] + (j >> 3)) * r.bricks[2] + (k >> 3)) * 512 + (i & 7) * 64 + (j & 7) * 8 + (k & 7)};
+}
+
+PERIPLUS_INLINE void run_body(const GridRays& rays, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out) {
+  const GridRays r = rays;  // where no store can change it
   float ray[3][kRun], z[kRun], nearest[kRun];
   std::int32_t speaks[kRun], kinds[kRun], last[kRun];
   std::int32_t any = 0;
@@ -41,11 +48,9 @@ PERIPLUS_INLINE void run_body(const GridRays& r, int x0, int y, const float* dep
     const std::int32_t near = (px >= lower[0]) & (px <= upper[0]) & (py >= lower[1]) & (py <= upper[1]) & (pz >= lower[2]) & (pz <= upper[2]);
     speaks[i] = near & static_cast<std::int32_t>(kinds[i] != 0);
     any |= speaks[i];
-    const float sx = static_cast<float>(r.size[0]), sy = static_cast<float>(r.size[1]), sz = static_cast<float>(r.size[2]);
-    const std::int32_t in = (px >= 0) & (px < sx) & (py >= 0) & (py < sy) & (pz >= 0) & (pz < sz) & static_cast<std::int32_t>(kinds[i] == kSurface);
-    const std::int32_t ix = static_cast<std::int32_t>(in != 0 ? px : 0.0f), iy = static_cast<std::int32_t>(in != 0 ? py : 0.0f), iz = static_cast<std::int32_t>(in != 0 ? pz : 0.0f);
-    const std::int32_t voxel = (((ix >> 3) * r.bricks[1] + (iy >> 3)) * r.bricks[2] + (iz >> 3)) * 512 + (ix & 7) * 64 + (iy & 7) * 8 + (iz & 7);
-    out.point[i] = in != 0 ? 2 * voxel : -1;
+    const Voxel at = voxel_at(r, px, py, pz);
+    const std::int32_t in = -(at.inside & static_cast<std::int32_t>(kinds[i] == kSurface));
+    out.point[i] = (2 * at.number & in) | ~in;
   }
   out.steps = 0;
   if (any == 0) return;
@@ -78,34 +83,24 @@ PERIPLUS_INLINE void run_body(const GridRays& r, int x0, int y, const float* dep
       const std::int32_t on = static_cast<std::int32_t>(t > nearest[i]) & speaks[i];
       more |= on;
       const float px = r.origin[0] + ray[0][i] * t, py = r.origin[1] + ray[1][i] * t, pz = r.origin[2] + ray[2][i] * t;
-      const float sx = static_cast<float>(r.size[0]), sy = static_cast<float>(r.size[1]), sz = static_cast<float>(r.size[2]);
-      const std::int32_t in = (px >= 0) & (px < sx) & (py >= 0) & (py < sy) & (pz >= 0) & (pz < sz) & on;
-      const std::int32_t ix = static_cast<std::int32_t>(in != 0 ? px : 0.0f), iy = static_cast<std::int32_t>(in != 0 ? py : 0.0f), iz = static_cast<std::int32_t>(in != 0 ? pz : 0.0f);
-      const std::int32_t voxel = (((ix >> 3) * r.bricks[1] + (iy >> 3)) * r.bricks[2] + (iz >> 3)) * 512 + (ix & 7) * 64 + (iy & 7) * 8 + (iz & 7);
-      const std::int32_t code = 2 * voxel + (kinds[i] == kSolid ? 1 : 0);
-      step[i] = (in != 0) & (code != last[i]) ? code : -1;
-      last[i] = in != 0 ? code : last[i];
+      const Voxel at = voxel_at(r, px, py, pz);
+      // With masks: the compiler makes branches of conditions here, and no vectors.
+      const std::int32_t code = 2 * at.number + static_cast<std::int32_t>(kinds[i] == kSolid), in = -(at.inside & on);
+      const std::int32_t fresh = in & -static_cast<std::int32_t>(code != last[i]);
+      step[i] = (code & fresh) | ~fresh;
+      last[i] = (code & in) | (last[i] & ~in);
     }
     if (more == 0) break;
     out.steps = k + 1;
   }
 }
 
-void run_portable(const GridRays& r, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out) { run_body(r, x0, y, depth, kind, out); }
-#if defined(__x86_64__)
-PERIPLUS_AVX2 void run_avx2(const GridRays& r, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out) { run_body(r, x0, y, depth, kind, out); }
-PERIPLUS_AVX512 void run_avx512(const GridRays& r, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out) { run_body(r, x0, y, depth, kind, out); }
-#endif
+PERIPLUS_SIMD_FUNCTION(void, run, (const GridRays& r, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out), (r, x0, y, depth, kind, out))
 
 }  // namespace
 
 void run_voxels(const GridRays& rays, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out, voxel::Simd simd) {
-#if defined(__x86_64__)
-  simd = voxel::resolve(simd);
-  if (simd >= voxel::Simd::avx512) return run_avx512(rays, x0, y, depth, kind, out);
-  if (simd == voxel::Simd::avx2) return run_avx2(rays, x0, y, depth, kind, out);
-#endif
-  run_portable(rays, x0, y, depth, kind, out);
+  run_for(simd)(rays, x0, y, depth, kind, out);
 }
 
 }  // namespace periplus::object_model

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 
 #include "common/geometry/camera.h"
 #include "common/object_model/carving_kernel.h"
@@ -28,5 +29,18 @@ struct BrickView {
   bool inside = false;   // wholly within the image
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // the pixels that it may cover, both ends included, within the image
 };
+
+// Calls visit(brick, bx, by, bz, view) for each brick that is not out of view, in order.
+template <class Visit>
+void for_each_brick_in_view(const GridProjection& projection, const voxel::GridGeometry& geometry, Visit&& visit) {
+  const Eigen::Vector3i nb = geometry.bricks();
+  std::size_t brick = 0;
+  for (int bx = 0; bx < nb.x(); ++bx)
+    for (int by = 0; by < nb.y(); ++by)
+      for (int bz = 0; bz < nb.z(); ++bz, ++brick) {
+        const BrickView view(projection, bx, by, bz);
+        if (!view.out_of_view) visit(brick, bx, by, bz, view);
+      }
+}
 
 }  // namespace periplus::object_model

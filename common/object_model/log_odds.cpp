@@ -47,41 +47,33 @@ void LogOdds::integrate(const DepthMap& map, const PixelLimits& limits, double f
   const GridProjection projection(map.camera, map.X_WC, geometry_);
   const BlockRange depths(free);
   simd = voxel::resolve(simd);
-  const Eigen::Vector3i nb = geometry_.bricks();
   float change[8][kLayer];
-  std::size_t brick = 0;
-  for (int bx = 0; bx < nb.x(); ++bx) {
-    for (int by = 0; by < nb.y(); ++by) {
-      for (int bz = 0; bz < nb.z(); ++bz, ++brick) {
-        const BrickView view(projection, bx, by, bz);
-        if (view.out_of_view) continue;
-        if (view.in_front) {
-          float unused, greatest;
-          depths.range(view.x0, view.y0, view.x1, view.y1, unused, greatest);
-          const double z = greatest, sigma_z = says.sigma_per_z2 * z * z;
-          // Nothing reaches so far: all of it is hidden.
-          if (z < view.near - says.margin_m - 2 * std::hypot(sigma_z, rule.pose_sigma_m) - 1e-4) continue;
-        }
-        bool any = false;
-        for (int x = 0; x < 8; ++x) {
-          layer_log_odds(projection.camera, says, 8 * bx + x, 8 * by, 8 * bz, change[x], simd);
-          for (int i = 0; i < kLayer; ++i) any |= change[x][i] != 0;
-        }
-        if (!any) continue;
-        LogOddsBrick& values = bricks_.hold(brick);
-        for (int i = 0; i < voxel::kBrickVoxels; ++i) {
-          std::int16_t& value = values[static_cast<std::size_t>(i)];
-          value = static_cast<std::int16_t>(std::clamp(value + static_cast<int>(std::lrint(change[i / kLayer][i % kLayer] * kLogOddsUnit)), least, most));
-        }
-      }
+  for_each_brick_in_view(projection, geometry_, [&](std::size_t brick, int bx, int by, int bz, const BrickView& view) {
+    if (view.in_front) {
+      float unused, greatest;
+      depths.range(view.x0, view.y0, view.x1, view.y1, unused, greatest);
+      const double z = greatest, sigma_z = says.sigma_per_z2 * z * z;
+      // Nothing reaches so far: all of it is hidden.
+      if (z < view.near - says.margin_m - 2 * std::hypot(sigma_z, rule.pose_sigma_m) - 1e-4) return;
     }
-  }
+    bool any = false;
+    for (int x = 0; x < 8; ++x) {
+      layer_log_odds(projection.camera, says, 8 * bx + x, 8 * by, 8 * bz, change[x], simd);
+      for (int i = 0; i < kLayer; ++i) any |= change[x][i] != 0;
+    }
+    if (!any) return;
+    LogOddsBrick& values = bricks_.hold(brick);
+    for (int i = 0; i < voxel::kBrickVoxels; ++i) {
+      std::int16_t& value = values[static_cast<std::size_t>(i)];
+      value = static_cast<std::int16_t>(std::clamp(value + static_cast<int>(std::lrint(change[i / kLayer][i % kLayer] * kLogOddsUnit)), least, most));
+    }
+  });
 }
 
 void LogOdds::label(const std::vector<std::uint64_t>& environment, const CarvingSettings& settings, const Evidence& evidence,
                     voxel::OccupancyGrid& grid) const {
   const auto empty_below = static_cast<int>(settings.log_odds.empty_below * kLogOddsUnit), known_above = static_cast<int>(settings.log_odds.known_above * kLogOddsUnit);
-  const voxel::OccupancyGrid all(grid.geometry());
+  const std::vector<std::uint64_t> all = voxel::all_voxels(grid.geometry());
   grid.known().assign(grid.known().size(), 0);
   for (std::size_t w = 0; w < environment.size(); ++w) grid.environment()[w] = environment[w] & grid.occupied()[w];
   for (std::size_t b = 0; b < bricks_.size(); ++b) {
@@ -97,7 +89,7 @@ void LogOdds::label(const std::vector<std::uint64_t>& environment, const Carving
         if (counters) solid |= static_cast<std::uint64_t>(counters->solid[64 * x + i] >= settings.seen_points) << i;
       }
       const std::size_t word = 8 * b + x;
-      const std::uint64_t open = all.occupied()[word] & ~environment[word];
+      const std::uint64_t open = all[word] & ~environment[word];
       grid.occupied()[word] = (grid.occupied()[word] & environment[word]) | (open & ~empty);
       grid.known()[word] = open & ~empty & known;
       grid.environment()[word] |= open & ~empty & ~known & solid;

@@ -4,6 +4,7 @@
 
 #include "common/core/error.h"
 #include "common/core/random.h"
+#include "common/object_model/model_file.h"
 #include "common/object_model/object_model.h"
 #include "common/object_model/testing/sphere_views.h"
 
@@ -223,12 +224,19 @@ TEST(LogOdds, AnObjectKeepsTheModeThatItWasBegunIn) {
   const Sphere sphere;
   ObjectModel model("ball", box_around(sphere), 0.025, {});
   model.integrate(ideal_view(sphere, 0, 6, 80, 60), {}, in_mode(CarvingMode::probabilistic));
-  EXPECT_THROW(model.integrate(ideal_view(sphere, 1, 6, 80, 60), {}, in_mode(CarvingMode::conservative)), Error);
-  EXPECT_EQ(model.state().views.size(), 1u);
-  const ObjectModel again = model.revised({}, {}, {}, in_mode(CarvingMode::probabilistic));
-  EXPECT_EQ(again.digest(), model.digest());
-  EXPECT_TRUE(again.state().log_odds == model.state().log_odds);
-  EXPECT_EQ(model.revised({}, {}, {}, in_mode(CarvingMode::conservative)).state().mode, CarvingMode::conservative);
+  ObjectModel expected = model, conservative("ball", box_around(sphere), 0.025, {});
+  EXPECT_FALSE(conservative.state().mode.has_value());
+  model.integrate(ideal_view(sphere, 1, 6, 80, 60), {}, in_mode(CarvingMode::conservative));
+  expected.integrate(ideal_view(sphere, 1, 6, 80, 60), {}, in_mode(CarvingMode::probabilistic));
+  for (const int n : {0, 1}) conservative.integrate(ideal_view(sphere, n, 6, 80, 60), {}, in_mode(CarvingMode::conservative));
+  EXPECT_EQ(model.digest(), expected.digest());
+  EXPECT_TRUE(model.state().log_odds == expected.state().log_odds);
+  EXPECT_NE(model.digest(), conservative.digest());
+  for (const ObjectModel& again : {model.revised({}, {}, {}, in_mode(CarvingMode::conservative)), read_model(write_model(model))}) {
+    EXPECT_EQ(again.state().mode, CarvingMode::probabilistic);
+    EXPECT_EQ(again.digest(), model.digest());
+    EXPECT_TRUE(again.state().log_odds == model.state().log_odds);
+  }
 }
 
 }  // namespace

@@ -283,8 +283,8 @@ void read_bricks(const proto::Model& from, ModelState& to) {
   scatter(unpack<std::uint16_t>(from.seen(), counters, "seen"), evidence, to.evidence.bricks(), [](EvidenceBrick& b) -> auto& { return b.seen; });
   scatter(unpack<std::uint16_t>(from.solid(), counters, "solid"), evidence, to.evidence.bricks(), [](EvidenceBrick& b) -> auto& { return b.solid; });
   scatter(unpack<std::uint8_t>(from.votes(), counters, "votes"), evidence, to.evidence.bricks(), [](EvidenceBrick& b) -> auto& { return b.votes; });
+  if (from.has_is_probabilistic()) to.mode = from.is_probabilistic() ? CarvingMode::probabilistic : CarvingMode::conservative;
   if (from.is_probabilistic()) {
-    to.mode = CarvingMode::probabilistic;
     const auto log_odds = bricks(from.log_odds_bricks(), to.log_odds.bricks().size(), "log_odds_bricks");
     scatter(unpack<std::int16_t>(from.log_odds(), log_odds.size() * voxel::kBrickVoxels, "log_odds"), log_odds, to.log_odds.bricks(),
             [](LogOddsBrick& b) -> auto& { return b; });
@@ -301,6 +301,7 @@ void read_every_voxel(const proto::Model& from, const voxel::GridGeometry& g, Mo
   const auto solid = unpack<std::uint16_t>(from.solid(), voxels, "solid");
   const auto votes = unpack<std::uint8_t>(from.votes(), voxels, "votes");
   const auto tsdf = unpack<TsdfSample>(from.tsdf(), voxels, "tsdf");
+  to.mode = CarvingMode::conservative;
   std::size_t i = 0;
   for (int x = 0; x < g.size.x(); ++x)
     for (int y = 0; y < g.size.y(); ++y)
@@ -332,8 +333,8 @@ void put_state(const ModelState& from, proto::Model& to) {
   pack(gathered<std::uint16_t>(from.evidence.bricks(), evidence, [](const EvidenceBrick& b) { return b.solid; }), *to.mutable_solid());
   pack(gathered<std::uint8_t>(from.evidence.bricks(), evidence, [](const EvidenceBrick& b) { return b.votes; }), *to.mutable_votes());
   static_assert(sizeof(TsdfSample) == 6 * sizeof(float));
+  if (from.mode) to.set_is_probabilistic(*from.mode == CarvingMode::probabilistic);
   if (from.mode == CarvingMode::probabilistic) {
-    to.set_is_probabilistic(true);
     const auto log_odds = held(from.log_odds.bricks());
     pack(log_odds, *to.mutable_log_odds_bricks());
     pack(gathered<std::int16_t>(from.log_odds.bricks(), log_odds, [](const LogOddsBrick& b) { return b; }), *to.mutable_log_odds());

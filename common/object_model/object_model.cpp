@@ -165,8 +165,6 @@ Integration ObjectModel::integrate(const Perception& perception, const Surroundi
   if (const auto before = view(perception.view_id)) return before->result;
   settings.check();
   check_perception(perception);
-  require(state_.views.empty() || settings.mode == state_.mode, ErrorCode::bad_input,
-          "the object's views so far were carved in the other mode; begin it with `reset`, or have its views carved again (model/revise)");
   auto kept = std::make_shared<View>();
   kept->view_id = perception.view_id;
   kept->stamp_ns = perception.stamp_ns;
@@ -193,8 +191,8 @@ Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& sur
 
   const CarvingRule rule = carving_rule(view->silhouette_valid_share, point_sigma(view->covariance, (view->X_WC.translation() - state_.box.X_WB.translation()).norm()),
                                         g.voxel_size, settings);
-  const bool probabilistic = settings.mode == CarvingMode::probabilistic;
-  state_.mode = settings.mode;
+  if (!state_.mode) state_.mode = settings.mode;
+  const bool probabilistic = state_.mode == CarvingMode::probabilistic;
   bool left = true;
   for (const StoredDepth& stored : view->depth) {
     DepthMap map = restore_depth(stored, view->X_WC);
@@ -256,6 +254,7 @@ ObjectModel ObjectModel::revised(const std::vector<BetterPose>& better, const st
 
   ObjectModel out(state_.object_id, state_.box, state_.grid.geometry().voxel_size, surroundings, state_.grid.revision + 1);
   out.state_.history = state_.history;
+  out.state_.mode = state_.mode;
   for (const auto& old : state_.views) {
     if (std::find(without.begin(), without.end(), old->view_id) != without.end()) continue;
     auto again = std::make_shared<View>(*old);

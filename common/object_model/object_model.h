@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -88,7 +89,7 @@ struct ModelState {
   Tsdf tsdf;
   std::vector<std::shared_ptr<const View>> views;   // in the order of integration
   std::vector<ModelEvent> history;                  // the last 4096
-  CarvingMode mode = CarvingMode::conservative;     // of the views so far
+  std::optional<CarvingMode> mode;                  // that of its first view; nothing before that
   bool imported = false;                            // the grid says more than the views, and cannot be carved again
 };
 
@@ -102,8 +103,8 @@ class ObjectModel {
   explicit ObjectModel(ModelState state);
 
   // Carves, labels and attaches the features of one view. A view that was integrated before changes nothing and gives
-  // the same answer. Throws Error(bad_size | bad_input | not_finite) and leaves the model as it was; bad_input too if the views so far were
-  // carved in the other mode.
+  // the same answer. Throws Error(bad_size | bad_input | not_finite) and leaves the model as it was. An object keeps
+  // the mode that its first view was carved in, whatever `settings` say later; so does revised().
   Integration integrate(const Perception& perception, const Surroundings& surroundings, const CarvingSettings& settings);
 
   // The same object with some views' poses made better and some views left out, carved anew from the depth maps that are kept: as if it had

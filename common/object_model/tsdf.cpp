@@ -33,7 +33,7 @@ TsdfSample Tsdf::at(const Eigen::Vector3i& v) const {
 
 void Tsdf::set(const Eigen::Vector3i& v, const TsdfSample& sample) {
   const std::size_t at = voxel::brick_of(geometry_, v);
-  if (!bricks_.find(at)) bricks_.hold(at) = brick(at, voxel::OccupancyGrid(geometry_).occupied());
+  if (!bricks_.find(at)) bricks_.hold(at) = brick(at, voxel::all_voxels(geometry_));
   (*bricks_.find(at))[static_cast<std::size_t>(voxel::within_brick(v))] = sample;
 }
 
@@ -48,9 +48,9 @@ TsdfBrick Tsdf::brick(std::size_t at, const std::vector<std::uint64_t>& inside) 
 
 bool Tsdf::operator==(const Tsdf& other) const {
   if (bricks_.size() != other.bricks_.size()) return false;
-  const voxel::OccupancyGrid all(geometry_);
+  const std::vector<std::uint64_t> all = voxel::all_voxels(geometry_);
   for (std::size_t b = 0; b < bricks_.size(); ++b) {
-    if (!bricks_.find(b) && !other.bricks_.find(b) ? !(free_[b] == other.free_[b]) : brick(b, all.occupied()) != other.brick(b, all.occupied())) return false;
+    if (!bricks_.find(b) && !other.bricks_.find(b) ? !(free_[b] == other.free_[b]) : brick(b, all) != other.brick(b, all)) return false;
   }
   return true;
 }
@@ -63,69 +63,61 @@ void Tsdf::integrate(const DepthMap& map, const PixelLimits& limits, const Image
   const BlockRange ranges(depths);
   simd = voxel::resolve(simd);
   const auto most = static_cast<float>(truncation), clearance = static_cast<float>(kSolidClearance * h), band = static_cast<float>(kColorBand * h);
-  const Eigen::Vector3i nb = geometry_.bricks();
-  const voxel::OccupancyGrid all(geometry_);  // bits beyond the grid's size are 0
+  const std::vector<std::uint64_t> all = voxel::all_voxels(geometry_);
   LayerPixels pixels[8];
-  std::size_t brick = 0;
-  for (int bx = 0; bx < nb.x(); ++bx) {
-    for (int by = 0; by < nb.y(); ++by) {
-      for (int bz = 0; bz < nb.z(); ++bz, ++brick) {
-        const BrickView view(projection, bx, by, bz);
-        if (view.out_of_view) continue;
-        TsdfBrick* samples = bricks_.find(brick);
-        float least = 0, greatest = kFarthest;
-        if (view.in_front) ranges.range(view.x0, view.y0, view.x1, view.y1, least, greatest);
-        if (greatest < static_cast<float>(view.near) - most) continue;  // all of it is far behind what was seen
-        if (!samples && view.inside && least > static_cast<float>(view.far) + most) {
-          TsdfSample& free = free_[brick];
-          free.distance = (free.distance * free.weight + most) / (free.weight + 1);
-          free.weight += 1;
-          continue;
-        }
-        bool any = false;
-        for (int x = 0; x < 8; ++x) {
-          layer_pixels(projection.camera, 8 * bx + x, 8 * by, 8 * bz, pixels[x], simd);
-          const std::uint64_t inside = all.occupied()[8 * brick + static_cast<std::size_t>(x)];
-          for (int i = 0; i < kLayer; ++i) {
-            std::int32_t& pixel = pixels[x].pixel[i];
-            const auto at = static_cast<std::size_t>(std::max(pixel, 0));
-            const float s = depths.data[at] - pixels[x].depth[i];
-            const bool says = (inside >> i & 1) && pixel >= 0 && depths.data[at] > 0 && s > -most &&
-                              (s >= clearance || limits.kind.data[at] == PixelKind::surface);
-            pixel = says ? pixel : -1;
-            any |= says;
-          }
-        }
-        if (!any) continue;
-        if (!samples) {
-          const TsdfBrick free = this->brick(brick, all.occupied());
-          samples = &bricks_.hold(brick);
-          *samples = free;
-        }
-        for (int x = 0; x < 8; ++x) {
-          for (int i = 0; i < kLayer; ++i) {
-            const std::int32_t pixel = pixels[x].pixel[i];
-            if (pixel < 0) continue;
-            const auto at = static_cast<std::size_t>(pixel);
-            const PixelKind kind = limits.kind.data[at];
-            const float s = depths.data[at] - pixels[x].depth[i];
-            TsdfSample& sample = (*samples)[static_cast<std::size_t>(64 * x + i)];
-            // What lies behind the surface is seen with fading certainty.
-            const float weight = s < 0 ? 1 + s / most : 1.0f;
-            const float sum = sample.weight + weight;
-            sample.distance = (sample.distance * sample.weight + weight * std::min(s, most)) / sum;
-            sample.weight = sum;
-            if (!colored || kind != PixelKind::surface || std::abs(s) > band) continue;
-            const float color_sum = sample.color_weight + weight, share = weight / color_sum;
-            sample.r += (static_cast<float>(color.data[3 * at]) - sample.r) * share;
-            sample.g += (static_cast<float>(color.data[3 * at + 1]) - sample.g) * share;
-            sample.b += (static_cast<float>(color.data[3 * at + 2]) - sample.b) * share;
-            sample.color_weight = color_sum;
-          }
-        }
+  for_each_brick_in_view(projection, geometry_, [&](std::size_t brick, int bx, int by, int bz, const BrickView& view) {
+    TsdfBrick* samples = bricks_.find(brick);
+    float least = 0, greatest = kFarthest;
+    if (view.in_front) ranges.range(view.x0, view.y0, view.x1, view.y1, least, greatest);
+    if (greatest < static_cast<float>(view.near) - most) return;  // all of it is far behind what was seen
+    if (!samples && view.inside && least > static_cast<float>(view.far) + most) {
+      TsdfSample& free = free_[brick];
+      free.distance = (free.distance * free.weight + most) / (free.weight + 1);
+      free.weight += 1;
+      return;
+    }
+    bool any = false;
+    for (int x = 0; x < 8; ++x) {
+      layer_pixels(projection.camera, 8 * bx + x, 8 * by, 8 * bz, pixels[x], simd);
+      const std::uint64_t inside = all[8 * brick + static_cast<std::size_t>(x)];
+      for (int i = 0; i < kLayer; ++i) {
+        std::int32_t& pixel = pixels[x].pixel[i];
+        const auto at = static_cast<std::size_t>(std::max(pixel, 0));
+        const float s = depths.data[at] - pixels[x].depth[i];
+        const bool says = (inside >> i & 1) && pixel >= 0 && depths.data[at] > 0 && s > -most &&
+                          (s >= clearance || limits.kind.data[at] == PixelKind::surface);
+        pixel = says ? pixel : -1;
+        any |= says;
       }
     }
-  }
+    if (!any) return;
+    if (!samples) {
+      const TsdfBrick free = this->brick(brick, all);
+      samples = &bricks_.hold(brick);
+      *samples = free;
+    }
+    for (int x = 0; x < 8; ++x) {
+      for (int i = 0; i < kLayer; ++i) {
+        const std::int32_t pixel = pixels[x].pixel[i];
+        if (pixel < 0) continue;
+        const auto at = static_cast<std::size_t>(pixel);
+        const PixelKind kind = limits.kind.data[at];
+        const float s = depths.data[at] - pixels[x].depth[i];
+        TsdfSample& sample = (*samples)[static_cast<std::size_t>(64 * x + i)];
+        // What lies behind the surface is seen with fading certainty.
+        const float weight = s < 0 ? 1 + s / most : 1.0f;
+        const float sum = sample.weight + weight;
+        sample.distance = (sample.distance * sample.weight + weight * std::min(s, most)) / sum;
+        sample.weight = sum;
+        if (!colored || kind != PixelKind::surface || std::abs(s) > band) continue;
+        const float color_sum = sample.color_weight + weight, share = weight / color_sum;
+        sample.r += (static_cast<float>(color.data[3 * at]) - sample.r) * share;
+        sample.g += (static_cast<float>(color.data[3 * at + 1]) - sample.g) * share;
+        sample.b += (static_cast<float>(color.data[3 * at + 2]) - sample.b) * share;
+        sample.color_weight = color_sum;
+      }
+    }
+  });
 }
 
 }  // namespace periplus::object_model

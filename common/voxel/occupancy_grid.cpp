@@ -70,13 +70,17 @@ void GridGeometry::check() const {
   require_rigid(X_WG, "the grid's pose");
 }
 
+std::vector<std::uint64_t> all_voxels(const GridGeometry& geometry) {
+  std::vector<std::uint64_t> plane(word_count(geometry));
+  for_each_word(geometry, [&](std::size_t w, std::uint64_t mask) { plane[w] = mask; });
+  return plane;
+}
+
 OccupancyGrid::OccupancyGrid(const GridGeometry& geometry) : geometry_(geometry) {
   geometry_.check();
-  const std::size_t words = word_count(geometry_);
-  occupied_.assign(words, 0);
-  known_.assign(words, 0);
-  environment_.assign(words, 0);
-  for_each_word(geometry_, [&](std::size_t w, std::uint64_t mask) { occupied_[w] = mask; });
+  occupied_ = all_voxels(geometry_);
+  known_.assign(occupied_.size(), 0);
+  environment_.assign(occupied_.size(), 0);
 }
 
 VoxelState OccupancyGrid::state(const Eigen::Vector3i& v) const {

@@ -50,6 +50,9 @@ struct Counts {
   bool operator==(const Counts&) const = default;
 };
 
+// Plane of all voxels of a grid: the bits beyond its size are 0.
+std::vector<std::uint64_t> all_voxels(const GridGeometry& geometry);
+
 class OccupancyGrid {
  public:
   OccupancyGrid() = default;

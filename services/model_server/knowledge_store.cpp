@@ -249,7 +249,7 @@ KnowledgeStore::KnowledgeStore(const std::string& folder, Access access) : impl_
   sqlite3_busy_timeout(db, 2000);
   if (access == Access::read) {
     require(impl_->schema(path) == kSchema, ErrorCode::model_store,
-            path + " was written by an older version of Periplus; start its model server once, or `periplus model migrate`, to bring it to this one's form");
+            path + " was written by an older version of Periplus; start its model server once to bring it to this one's form");
     return;
   }
   run(db, "PRAGMA journal_mode = WAL");

@@ -1,15 +1,9 @@
-// Compiled by itself, vectorised, without fused operations (CMakeLists.txt). The bodies are inlined into one function per
-// instruction set.
 #include "services/nbv_planner/visible_list_kernel.h"
+
+#include "common/voxel/simd_function.h"
 
 namespace periplus::nbv {
 namespace {
-
-#if defined(__x86_64__)
-#define PERIPLUS_AVX2 __attribute__((target("avx2")))
-#define PERIPLUS_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,prefer-vector-width=512")))
-#endif
-#define PERIPLUS_INLINE inline __attribute__((always_inline))
 
 PERIPLUS_INLINE float absolute(float v) { return v < 0 ? -v : v; }
 
@@ -75,46 +69,21 @@ PERIPLUS_INLINE void place_body(const std::uint32_t* index, int count, const Vox
   }
 }
 
-std::int32_t sum_portable(const PointArrays& p, const WindowPlanes& w) { return sum_body(p, w); }
-void angles_portable(const PointArrays& p, float s, float* a, float* e) { angles_body(p, s, a, e); }
-void place_portable(const std::uint32_t* i, int n, const VoxelPlacement& q, float* x, float* y, float* z) { place_body(i, n, q, x, y, z); }
-#if defined(__x86_64__)
-PERIPLUS_AVX2 std::int32_t sum_avx2(const PointArrays& p, const WindowPlanes& w) { return sum_body(p, w); }
-PERIPLUS_AVX512 std::int32_t sum_avx512(const PointArrays& p, const WindowPlanes& w) { return sum_body(p, w); }
-PERIPLUS_AVX2 void angles_avx2(const PointArrays& p, float s, float* a, float* e) { angles_body(p, s, a, e); }
-PERIPLUS_AVX512 void angles_avx512(const PointArrays& p, float s, float* a, float* e) { angles_body(p, s, a, e); }
-PERIPLUS_AVX2 void place_avx2(const std::uint32_t* i, int n, const VoxelPlacement& q, float* x, float* y, float* z) { place_body(i, n, q, x, y, z); }
-PERIPLUS_AVX512 void place_avx512(const std::uint32_t* i, int n, const VoxelPlacement& q, float* x, float* y, float* z) { place_body(i, n, q, x, y, z); }
-#endif
+PERIPLUS_SIMD_FUNCTION(std::int32_t, sum, (const PointArrays& p, const WindowPlanes& w), (p, w))
+PERIPLUS_SIMD_FUNCTION(void, angles, (const PointArrays& p, float scale, float* azimuth, float* elevation), (p, scale, azimuth, elevation))
+PERIPLUS_SIMD_FUNCTION(void, place, (const std::uint32_t* index, int count, const VoxelPlacement& q, float* x, float* y, float* z), (index, count, q, x, y, z))
 
 }  // namespace
 
-std::int32_t window_sum(const PointArrays& points, const WindowPlanes& window, voxel::Simd simd) {
-#if defined(__x86_64__)
-  simd = voxel::resolve(simd);
-  if (simd >= voxel::Simd::avx512) return sum_avx512(points, window);
-  if (simd == voxel::Simd::avx2) return sum_avx2(points, window);
-#endif
-  return sum_portable(points, window);
-}
+std::int32_t window_sum(const PointArrays& points, const WindowPlanes& window, voxel::Simd simd) { return sum_for(simd)(points, window); }
 
 void point_angles(const PointArrays& points, float cells_per_radian, float* azimuth, float* elevation, voxel::Simd simd) {
-#if defined(__x86_64__)
-  simd = voxel::resolve(simd);
-  if (simd >= voxel::Simd::avx512) return angles_avx512(points, cells_per_radian, azimuth, elevation);
-  if (simd == voxel::Simd::avx2) return angles_avx2(points, cells_per_radian, azimuth, elevation);
-#endif
-  angles_portable(points, cells_per_radian, azimuth, elevation);
+  angles_for(simd)(points, cells_per_radian, azimuth, elevation);
 }
 
 void place_voxels(const std::uint32_t* index, int count, const VoxelPlacement& placement, float* x, float* y, float* z,
                   voxel::Simd simd) {
-#if defined(__x86_64__)
-  simd = voxel::resolve(simd);
-  if (simd >= voxel::Simd::avx512) return place_avx512(index, count, placement, x, y, z);
-  if (simd == voxel::Simd::avx2) return place_avx2(index, count, placement, x, y, z);
-#endif
-  place_portable(index, count, placement, x, y, z);
+  place_for(simd)(index, count, placement, x, y, z);
 }
 
 }  // namespace periplus::nbv
