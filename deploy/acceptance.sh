@@ -6,7 +6,7 @@
 # "skipped"; with PERIPLUS_REQUIRE_DOCKER=1 a missing engine is a failure.
 set -uo pipefail
 cd "$(dirname "$0")/.."
-all=(build ci visibility search nbv_benchmark carving eyes demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug fuzz hosts compose)
+all=(build ci visibility search nbv_benchmark carving truths eyes demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug fuzz hosts compose)
 if [ "${1:-}" = --list ]; then printf '%s\n' "${all[@]}"; exit 0; fi
 checks=("$@"); [ $# -gt 0 ] || checks=("${all[@]}")
 for check in "${checks[@]}"; do
@@ -166,6 +166,18 @@ for c in json.load(open(sys.argv[1]))["checks"]:
         judge "carving.$cells.times_octomap" "$(python3 -c "print(round($octomap / $value))" 2>/dev/null)" times '>=' 300
       done <<<$'128 5\n256 10'
       judge carving.labels "$(benchmark_ms "$work/carving.json" labels/cells:128)" ms '<=' 2 ;;
+    truths)  # of carving and labels, over random scenes: exact depths, exact visibility
+      ninja -C build/release object_model_test >"$work/truths.log" 2>&1
+      PERIPLUS_CARVING_SCENES=200 "$bin/object_model_test" --gtest_filter='*Property.*' --gtest_output=json:"$work/truths.json" >>"$work/truths.log" 2>&1; s=$?
+      judge truths.exit_status "$s" "" = 0
+      truth() { python3 -c 'import json, sys; print(next(t[sys.argv[2]] for s in json.load(open(sys.argv[1]))["testsuites"] for t in s["testsuite"] if sys.argv[2] in t))' "$work/truths.json" "$1" 2>/dev/null; }
+      judge truths.touched "$(truth touched)" voxels '>=' 100000
+      judge truths.touched_emptied "$(truth touched_emptied)" voxels = 0
+      judge truths.half_voxel_most_filled "$(truth most_filled)" share '<=' 0.5
+      for margin in half_diagonal half_voxel; do
+        judge "truths.$margin.share_of_naive" "$(truth ${margin}_share)" share '>=' 0.97
+        judge "truths.$margin.share_of_naive_near" "$(truth ${margin}_share_near)" share '>=' 0.97
+      done ;;
     eyes)  # stereo and carving against the truth; page, JSON and CSV go to docs/results/eyes_benchmark
       rm -rf "$work/eyes_benchmark"
       start=$SECONDS
