@@ -317,6 +317,10 @@ void put_state(const ModelState& from, proto::Model& to) {
   to.set_environment_revision(from.environment_revision);
   put(from.box.X_WB, to.mutable_pose_world_box());
   put(from.box.size, to.mutable_box_size());
+  if (!same_box(from.begun_box, from.box)) {
+    put(from.begun_box.X_WB, to.mutable_pose_begun_box());
+    put(from.begun_box.size, to.mutable_begun_box_size());
+  }
   const voxel::GridGeometry& g = from.grid.geometry();
   put(g.X_WG, to.mutable_pose_world_grid());
   to.set_voxel_m(g.voxel_size);
@@ -365,6 +369,11 @@ ModelState state(const proto::Model& from) {
   to.environment_revision = from.environment_revision();
   to.box.X_WB = pose(from.pose_world_box(), "pose_world_box");
   to.box.size = vector(from.box_size(), "box_size");
+  to.begun_box = to.box;
+  if (from.begun_box_size_size() > 0) {
+    to.begun_box.X_WB = pose(from.pose_begun_box(), "pose_begun_box");
+    to.begun_box.size = vector(from.begun_box_size(), "begun_box_size");
+  }
   require(from.size_size() == 3, ErrorCode::bad_size, "the grid's size needs three numbers");
   voxel::GridGeometry g;
   g.X_WG = pose(from.pose_world_grid(), "pose_world_grid");

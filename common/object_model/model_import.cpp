@@ -93,6 +93,7 @@ ModelState state_of(const CellBounds& bounds, double voxel_size, const std::stri
   s.object_id = object_id;
   s.box.size = g.size.cast<double>() * voxel_size;
   s.box.X_WB.translation() = g.X_WG.translation() + s.box.size / 2;
+  s.begun_box = s.box;
   s.grid = voxel::OccupancyGrid(g);
   s.known_solids = s.grid.environment();
   s.evidence = Evidence(g);

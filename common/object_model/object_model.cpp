@@ -69,6 +69,10 @@ class CanonicalHash {
 
 }  // namespace
 
+bool same_box(const ObjectBox& a, const ObjectBox& b) {
+  return a.X_WB.matrix().isApprox(b.X_WB.matrix(), 1e-9) && a.size.isApprox(b.size, 1e-9);
+}
+
 void check_voxel_count(const voxel::GridGeometry& g) {
   const std::size_t n = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
   require(n <= kMostVoxels, ErrorCode::bad_input,
@@ -105,7 +109,7 @@ ObjectModel::ObjectModel(const std::string& object_id, const ObjectBox& box, dou
   check_voxel_count(g);
   state_.object_id = object_id;
   state_.environment_revision = surroundings.revision;
-  state_.box = box;
+  state_.begun_box = state_.box = box;
   state_.grid = voxel::OccupancyGrid(g);
   state_.grid.revision = revision;
   state_.evidence = Evidence(g);
@@ -234,14 +238,29 @@ bool ObjectModel::can_be_revised() const {
   });
 }
 
-ObjectModel ObjectModel::revised(const std::vector<BetterPose>& better, const std::vector<std::string>& without, const Surroundings& surroundings,
-                                 const CarvingSettings& settings) const {
+ObjectModel ObjectModel::begun_again(const ObjectBox& box, const Surroundings& surroundings, const CarvingSettings& settings) const {
   settings.check();
   require(can_be_revised(), ErrorCode::bad_input,
           state_.imported ? "the grid was imported and does not follow from views: it cannot be carved again"
                           : "a view was stored by a version that kept too little of its depth to carve again; begin the object anew");
   require(surroundings.revision == state_.environment_revision, ErrorCode::model_object_differs,
           "the object was begun in another environment; set that one to carve its views again");
+  ObjectModel out(state_.object_id, box, state_.grid.geometry().voxel_size, surroundings, state_.grid.revision + 1);
+  out.state_.begun_box = state_.begun_box;
+  out.state_.history = state_.history;
+  out.state_.mode = state_.mode;
+  return out;
+}
+
+ObjectModel ObjectModel::within(const ObjectBox& box, const Surroundings& surroundings, const CarvingSettings& settings) const {
+  ObjectModel out = begun_again(box, surroundings, settings);
+  for (const auto& view : state_.views) out.add(std::make_shared<View>(*view), surroundings, settings);
+  return out;
+}
+
+ObjectModel ObjectModel::revised(const std::vector<BetterPose>& better, const std::vector<std::string>& without, const Surroundings& surroundings,
+                                 const CarvingSettings& settings) const {
+  ObjectModel out = begun_again(state_.box, surroundings, settings);
   std::map<std::string, const BetterPose*> poses;
   std::set<std::string> named(without.begin(), without.end());
   require(named.size() == without.size(), ErrorCode::bad_input, "a view is named twice to be left out");
@@ -252,9 +271,6 @@ ObjectModel ObjectModel::revised(const std::vector<BetterPose>& better, const st
   }
   for (const std::string& id : named) require(view(id) != nullptr, ErrorCode::bad_input, "the object has no view " + id);
 
-  ObjectModel out(state_.object_id, state_.box, state_.grid.geometry().voxel_size, surroundings, state_.grid.revision + 1);
-  out.state_.history = state_.history;
-  out.state_.mode = state_.mode;
   for (const auto& old : state_.views) {
     if (std::find(without.begin(), without.end(), old->view_id) != without.end()) continue;
     auto again = std::make_shared<View>(*old);

@@ -74,6 +74,9 @@ struct Surroundings {
 // The scene's solids as occluders.
 std::vector<voxel::Occluder> occluders_of(const scene::Scene& scene);
 
+// Equal but for rounding.
+bool same_box(const ObjectBox& a, const ObjectBox& b);
+
 // Throws Error(bad_input) if a model of this geometry would have more than 2^24 voxels.
 void check_voxel_count(const voxel::GridGeometry& geometry);
 
@@ -81,7 +84,8 @@ void check_voxel_count(const voxel::GridGeometry& geometry);
 struct ModelState {
   std::string object_id;
   std::string environment_revision;                 // of the surroundings it was begun in
-  ObjectBox box;
+  ObjectBox begun_box;                              // that it was begun with
+  ObjectBox box;                                    // the same, or what it has grown to (growth.h)
   voxel::OccupancyGrid grid;
   std::vector<std::uint64_t> known_solids;          // plane: environment before the first look
   Evidence evidence;
@@ -113,7 +117,10 @@ class ObjectModel {
   // Error(not_finite); Error(model_object_differs): other surroundings.
   ObjectModel revised(const std::vector<BetterPose>& better, const std::vector<std::string>& without, const Surroundings& surroundings,
                       const CarvingSettings& settings) const;
-  // True if revised() can carve all its views again.
+  // The same object in another box, all views carved anew from the depth maps that are kept: the model that this box would have given from
+  // the start, but for its revision, which goes on counting. Throws as revised(), and Error(bad_input) where the box makes no grid.
+  ObjectModel within(const ObjectBox& box, const Surroundings& surroundings, const CarvingSettings& settings) const;
+  // True if revised() and within() can carve all its views again.
   bool can_be_revised() const;
   // Into the history; stamps and texts change no digest.
   void note(ModelEvent event);
@@ -134,6 +141,8 @@ class ObjectModel {
   std::string digest() const;
 
  private:
+  // No view yet, all else as it is here. Throws as revised().
+  ObjectModel begun_again(const ObjectBox& box, const Surroundings& surroundings, const CarvingSettings& settings) const;
   // Carves, labels and appends.
   Integration add(std::shared_ptr<View> view, const Surroundings& surroundings, const CarvingSettings& settings);
 

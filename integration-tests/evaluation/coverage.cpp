@@ -64,7 +64,17 @@ LookGrid read_grid(const std::string& look_folder) {
 }
 
 void DepthCount::add(const std::string& look_folder, const LookGrid& grid) {
-  counts_.resize(grid.states.size(), 0);
+  if (size_ != grid.size || X_WG_.matrix() != grid.X_WG.matrix()) {
+    X_WG_ = grid.X_WG;
+    size_ = grid.size;
+    counts_.assign(grid.states.size(), 0);
+    for (const std::string& before : looks_) count(before, grid);
+  }
+  count(look_folder, grid);
+  looks_.push_back(look_folder);
+}
+
+void DepthCount::count(const std::string& look_folder, const LookGrid& grid) {
   const nlohmann::json j = read_json(look_folder + "/look.json");
   Pinhole camera;
   Pose X_WC;

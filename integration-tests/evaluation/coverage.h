@@ -44,12 +44,18 @@ LookGrid read_grid(const std::string& look_folder);
 // Counts over the looks of a run how many valid depth pixels fell into each voxel.
 class DepthCount {
  public:
-  // Adds depth.npy of the look at the pose and with the camera of its look.json; all looks have the same grid.
+  // Adds depth.npy of the look at the pose and with the camera of its look.json. Where the grid is another than before (it grows with its
+  // object), the looks before are counted again in this one.
   void add(const std::string& look_folder, const LookGrid& grid);
   // Known voxels of the grid that at least `least` depth pixels fell into.
   KnownVoxels known(const LookGrid& grid, int least = 3) const;
 
  private:
+  void count(const std::string& look_folder, const LookGrid& grid);
+
+  std::vector<std::string> looks_;
+  Pose X_WG_ = Pose::Identity();                // of the grid counted in
+  Eigen::Vector3i size_{0, 0, 0};
   std::vector<std::uint32_t> counts_;
 };
 

@@ -177,6 +177,29 @@ TEST(Coverage, KnownNeedsThreeDepthPixelsInTheVoxelItself) {
   EXPECT_THROW(count.add(folder, grid), Error);
 }
 
+// The first look's grid ends before what its depth shows; the second's goes on to it, on the other side of its origin.
+TEST(Coverage, AGridThatGrowsCountsTheEarlierLooksAgain) {
+  const std::string folder = testing::TempDir() + "/evaluation_growth";
+  const auto write_look = [&](const std::string& look, const std::string& grid, const std::string& states) {
+    std::filesystem::create_directories(folder + look);
+    std::ofstream(folder + look + "/grid.json") << grid;
+    std::ofstream(folder + look + "/grid.npy", std::ios::binary) << npy("|u1", states);
+    std::ofstream(folder + look + "/look.json") << R"({"rig": {"width": 2, "height": 2, "fx": 10, "fy": 10, "cx": 0.5, "cy": 0.5},
+        "pose_world_camera": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]})";
+    const float z[4] = {0.5f, 0.5f, 1.5f, 1.5f};
+    std::ofstream(folder + look + "/depth.npy", std::ios::binary) << npy("<f4", std::string(reinterpret_cast<const char*>(z), sizeof z));
+    return read_grid(folder + look);
+  };
+  DepthCount count;
+  const LookGrid far = write_look("/1", R"({"voxel_m": 1, "size": [1, 1, 1], "pose_world_grid": [[1,0,0,-0.5],[0,1,0,-0.5],[0,0,1,1],[0,0,0,1]]})", "\2");
+  count.add(folder + "/1", far);
+  EXPECT_TRUE(count.known(far).centers.empty());
+  const LookGrid both = write_look("/2", R"({"voxel_m": 1, "size": [1, 1, 2], "pose_world_grid": [[1,0,0,-0.5],[0,1,0,-0.5],[0,0,1,0],[0,0,0,1]]})", std::string("\2\2", 2));
+  count.add(folder + "/2", both);
+  EXPECT_EQ(count.known(both).centers.size(), 2u);  // two pixels of each look in each voxel
+  EXPECT_TRUE(count.known(both, 5).centers.empty());
+}
+
 TEST(Coverage, LookThatCannotBeReadIsLeftOutAndNamed) {
   const std::string folder = testing::TempDir() + "/evaluation_looks";
   std::filesystem::remove_all(folder);

@@ -174,6 +174,7 @@ void ScriptedServices::Impl::offer_all() {
   offer<msg::BeginRequest, msg::BeginReply>("model/begin", [this](const auto& q, auto& r) {
     object_id = q.object_id().to_string();
     box = q.box();
+    r.box(box);
     r.counts(counts());
   });
   offer<msg::CaptureRequest, msg::CaptureReply>("vision/capture", [this](const auto&, auto& r) {
@@ -194,6 +195,7 @@ void ScriptedServices::Impl::offer_all() {
     publish_object();
     r.revision(revision);
     r.counts(counts());
+    r.box(box);
   });
   offer<msg::PublishRequest, msg::PublishReply>("model/publish", [this](const auto&, auto& r) {
     publish_object();

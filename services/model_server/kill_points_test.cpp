@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <tuple>
 
 #include "common/core/error.h"
 #include "common/core/fault_point.h"
@@ -36,10 +37,10 @@ KnownTexts nowhere() {
 }
 
 // Takes up what is there and looks until all views are in.
-std::string look_at_all(const std::string& folder, int* had = nullptr) {
+std::string look_at_all(const std::string& folder, int* had = nullptr, double box_side = 0.5) {
   ModelKeeper keeper(folder, {});
   keeper.set_environment(nowhere());
-  keeper.begin("ball", box_around({}), 0.05, false);
+  keeper.begin("ball", box_around({}, box_side), 0.05, false);
   if (had) *had = static_cast<int>(keeper.model("ball")->state().views.size());
   for (int n = 0; n < kViews; ++n) {
     const auto p = ideal_view({}, n, 4, 40, 30);
@@ -49,7 +50,7 @@ std::string look_at_all(const std::string& folder, int* had = nullptr) {
 }
 
 // Killed at the point when it is passed for the last time of so many.
-void die_at(const std::string& folder, const std::string& point, int passes) {
+void die_at(const std::string& folder, const std::string& point, int passes, double box_side = 0.5) {
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
@@ -58,7 +59,7 @@ void die_at(const std::string& folder, const std::string& point, int passes) {
     fault_hook() = [](const char* at) {
       if (deadly == at && --survived == 0) ::kill(::getpid(), SIGKILL);
     };
-    look_at_all(folder);
+    look_at_all(folder, nullptr, box_side);
     ::_exit(0);
   }
   int status = 0;
@@ -125,6 +126,25 @@ TEST_F(KillPointsTest, AtMostTheViewInFlightIsLost) {
   }
   EXPECT_GT(without, 100);
   EXPECT_GT(with, 10);
+}
+
+// The ball does not fit its box: the first view makes it grow, in the view's own transaction.
+TEST_F(KillPointsTest, NorIsAModelThatGrows) {
+  constexpr double kTight = 0.25;
+  const std::string whole = look_at_all(sub("whole"), nullptr, kTight);
+  for (const auto& [point, passes, views] : {std::tuple("keeper.grown", 1, 0), std::tuple("store.before_commit", 4, 0), std::tuple("store.committed", 4, 1)}) {
+    const std::string here = sub("killed");
+    die_at(here, point, passes, kTight);
+    if (HasFatalFailure()) return;
+    {
+      const KnowledgeStore store(here);
+      EXPECT_EQ(store.verify(), std::vector<std::string>()) << point;
+      const auto model = store.model("ball");
+      EXPECT_EQ(model->state().views.size(), static_cast<std::size_t>(views)) << point;
+      EXPECT_EQ(object_model::same_box(model->state().box, box_around({}, kTight)), views == 0) << point;
+    }
+    EXPECT_EQ(look_at_all(here, nullptr, kTight), whole) << point;
+  }
 }
 
 // Bytes of the file or of its log turned over: what verify() finds sound is what was written.

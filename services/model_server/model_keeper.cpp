@@ -13,11 +13,7 @@ namespace periplus::model {
 
 namespace {
 
-bool same_box(const object_model::ObjectBox& a, const object_model::ObjectBox& b) {
-  return a.X_WB.matrix().isApprox(b.X_WB.matrix(), 1e-9) && a.size.isApprox(b.size, 1e-9);
-}
-
-constexpr const char *kBegun = "begun", *kIntegrated = "view integrated", *kMoved = "view integrated again with a better pose", *kTakenOut = "view taken out";
+constexpr const char *kBegun = "begun", *kIntegrated = "view integrated", *kMoved = "view integrated again with a better pose", *kTakenOut = "view taken out", *kGrown = "box grown";
 
 void note(object_model::ObjectModel& model, const char* what, const std::string& detail) {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -26,9 +22,10 @@ void note(object_model::ObjectModel& model, const char* what, const std::string&
 
 }  // namespace
 
-ModelKeeper::ModelKeeper(const std::string& store_folder, const object_model::CarvingSettings& settings)
-    : settings_(settings), store_(store_folder) {
+ModelKeeper::ModelKeeper(const std::string& store_folder, const object_model::CarvingSettings& settings, const object_model::GrowthSettings& growth)
+    : settings_(settings), growth_(growth), store_(store_folder) {
   settings_.check();
+  growth_.check();
   std::vector<std::string> damaged;
   for (object_model::ObjectModel& m : store_.models(&damaged)) {
     const std::string id = m.state().object_id;
@@ -74,7 +71,7 @@ ModelKeeper::Model ModelKeeper::begin(const std::string& object_id, const object
   std::uint32_t revision = 0;
   if (const auto it = models_.find(object_id); it != models_.end()) {
     const object_model::ModelState& old = it->second->state();
-    const bool alike = same_box(old.box, box) && std::abs(old.grid.geometry().voxel_size - voxel_size) < 1e-12 &&
+    const bool alike = object_model::same_box(old.begun_box, box) && std::abs(old.grid.geometry().voxel_size - voxel_size) < 1e-12 &&
                        old.environment_revision == around.revision;
     if (alike && (!reset || old.views.empty())) return it->second;
     require(alike || reset, ErrorCode::model_object_differs,
@@ -104,13 +101,32 @@ object_model::Integration ModelKeeper::integrate(const std::string& object_id, c
           "the perception of view " + view_id + " is not here; have vision/process publish it again");
   auto next = std::make_shared<object_model::ObjectModel>(*old);
   fault_point("keeper.copied");
-  const object_model::Integration result = next->integrate(*perception, surroundings(), settings_);
+  const object_model::Surroundings around = surroundings();
+  next->integrate(*perception, around, settings_);
   note(*next, kIntegrated, view_id);
   fault_point("keeper.integrated");
-  store_.add_view(*next);
+  if (grow(*next, around))
+    store_.put_model(*next);
+  else
+    store_.add_view(*next);
   fault_point("keeper.stored");
   models_[object_id] = next;
-  return result;
+  return next->view(view_id)->result;
+}
+
+bool ModelKeeper::grow(object_model::ObjectModel& model, const object_model::Surroundings& around) const {
+  object_model::Growth growth = object_model::grow(model, around, settings_, growth_);
+  if (!growth.refused.empty()) log::warn("the model does not grow", {{"object", model.state().object_id}, {"reason", growth.refused}});
+  if (!growth.model) return false;
+  const auto text = [](const voxel::GridGeometry& g) {
+    return std::to_string(g.size.x()) + " x " + std::to_string(g.size.y()) + " x " + std::to_string(g.size.z()) + " voxels";
+  };
+  const std::string change = text(model.grid().geometry()) + " to " + text(growth.model->grid().geometry());
+  model = std::move(*growth.model);
+  note(model, kGrown, change);
+  log::info("the object leaves its box, which grows", {{"object", model.state().object_id}, {"from_to", change}});
+  fault_point("keeper.grown");
+  return true;
 }
 
 ModelKeeper::Model ModelKeeper::revise(const std::string& object_id, const std::vector<object_model::BetterPose>& better,
@@ -132,6 +148,7 @@ ModelKeeper::Model ModelKeeper::revise(const std::string& object_id, const std::
   auto next = std::make_shared<object_model::ObjectModel>(old->revised(moved, gone, surroundings(), settings_));
   for (const auto& b : moved) note(*next, kMoved, b.view_id);
   for (const std::string& id : gone) note(*next, kTakenOut, id);
+  grow(*next, surroundings());
   store_.put_model(*next);
   models_[object_id] = next;
   return next;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/object_model/growth.h"
 #include "common/object_model/object_model.h"
 #include "services/model_server/knowledge_store.h"
 #include "services/model_server/settings.h"
@@ -34,7 +35,7 @@ class ModelKeeper {
   using Model = std::shared_ptr<const object_model::ObjectModel>;
 
   // Takes up the models of the store. Its environment comes with set_environment(), parsed by the caller.
-  ModelKeeper(const std::string& store_folder, const object_model::CarvingSettings& settings);
+  ModelKeeper(const std::string& store_folder, const object_model::CarvingSettings& settings, const object_model::GrowthSettings& growth = {});
 
   // As the store has it, if it has one.
   std::optional<EnvironmentTexts> stored_environment() const;
@@ -42,14 +43,14 @@ class ModelKeeper {
   // Throws Error(model_environment_missing) before the first set_environment().
   KnownTexts environment() const;
 
-  // All unknown, or as it stands if it was begun alike. `reset` begins it anew with the next revision, unless nothing was
+  // All unknown, or as it stands if it was begun alike, whatever its box has grown to since. `reset` begins it anew with the next revision, unless nothing was
   // seen of it yet. Throws Error(model_environment_missing), Error(model_object_differs) where it was begun with another
   // box, voxel size or environment, Error(bad_input), Error(model_store).
   Model begin(const std::string& object_id, const object_model::ObjectBox& box, double voxel_size, bool reset);
 
   // True if the view is part of the model already.
   bool has_view(const std::string& object_id, const std::string& view_id) const;
-  // Integrates and stores one view. The answer for a view that is there already is the one it gave then; `perception` may
+  // Integrates and stores one view; where the object proves larger than its box, the box grows in the same transaction. The answer for a view that is there already is the one it gave then; `perception` may
   // then be null. Throws Error(model_object_unknown), Error(model_environment_missing), Error(model_store) and what
   // ObjectModel::integrate throws; the model is then as before.
   object_model::Integration integrate(const std::string& object_id, const std::string& view_id,
@@ -65,10 +66,13 @@ class ModelKeeper {
   std::vector<Model> models() const;
 
  private:
+  // True if it has grown.
+  bool grow(object_model::ObjectModel& model, const object_model::Surroundings& around) const;
   Model find(const std::string& object_id) const;
   object_model::Surroundings surroundings() const;
 
   object_model::CarvingSettings settings_;
+  object_model::GrowthSettings growth_;
   mutable std::mutex mutex_;
   KnowledgeStore store_;
   std::optional<KnownTexts> environment_;

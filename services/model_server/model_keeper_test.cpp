@@ -103,7 +103,8 @@ TEST_F(ModelKeeperTest, GoesOnWhereItWas) {
     keeper.set_environment(room());
     keeper.begin("ball", box, 0.025, false);
     first = keeper.integrate("ball", p0.view_id, &p0);
-    digest = keeper.model("ball")->digest();
+    const auto all = keeper.model("ball");
+    digest = all->digest();
   }
   ModelKeeper keeper(folder, {});
   ASSERT_EQ(keeper.stored_environment(), room().texts);
@@ -121,6 +122,46 @@ TEST_F(ModelKeeperTest, GoesOnWhereItWas) {
   straight.integrate("ball", p1.view_id, &p1);
   EXPECT_EQ(straight.model("ball")->digest(), keeper.model("ball")->digest());
   fs::remove_all(folder + ".straight");
+}
+
+TEST_F(ModelKeeperTest, ABoxGrowsWithItsObject) {
+  const object_model::ObjectBox tight = box_around({}, 0.2);
+  const auto look = [&](ModelKeeper& keeper, int n) {
+    const auto p = view(n);
+    return keeper.integrate("ball", p.view_id, &p);
+  };
+  std::string digest;
+  {
+    ModelKeeper keeper(folder, {});
+    keeper.set_environment(room());
+    keeper.begin("ball", tight, 0.025, false);
+    const auto result = look(keeper, 0);
+    const auto grown = keeper.model("ball");
+    EXPECT_FALSE(object_model::same_box(grown->state().box, tight));
+    EXPECT_EQ(result.revision, grown->grid().revision);
+    EXPECT_EQ(result.counts, grown->grid().counts());
+    EXPECT_EQ(look(keeper, 0), result);
+    EXPECT_EQ(grown->state().history.back().what, "box grown");
+    // Begun alike, for whoever asks with the box it was begun with; another is another.
+    EXPECT_EQ(keeper.begin("ball", tight, 0.025, false), grown);
+    EXPECT_EQ(code_of([&] { keeper.begin("ball", grown->state().box, 0.025, false); }), ErrorCode::model_object_differs);
+    for (int n = 1; n < 4; ++n) look(keeper, n);
+    const auto all = keeper.model("ball");
+    digest = all->digest();
+    EXPECT_EQ(code_of([&] { keeper.revise("ball", {}, {"view-3"}); }), ErrorCode::ok);
+    EXPECT_TRUE(object_model::same_box(keeper.model("ball")->state().box, all->state().box));
+    look(keeper, 3);
+  }
+  ModelKeeper keeper(folder, {});
+  keeper.set_environment(room());
+  EXPECT_EQ(keeper.begin("ball", tight, 0.025, false)->digest(), digest);
+  EXPECT_TRUE(object_model::same_box(keeper.begin("ball", tight, 0.025, true)->state().box, tight));
+
+  ModelKeeper stays(folder + "/stays", {}, {.enabled = false});
+  stays.set_environment(room());
+  stays.begin("ball", tight, 0.025, false);
+  look(stays, 0);
+  EXPECT_TRUE(object_model::same_box(stays.model("ball")->state().box, tight));
 }
 
 TEST_F(ModelKeeperTest, ViewsGetBetterPosesAndAreTakenOut) {

@@ -76,7 +76,7 @@ KnownTexts known(const msg::Environment& m) {
 struct ModelServerService::Impl {
   Impl(service::Service& service, const ModelSettings& s)
       : settings(s),
-        keeper(s.store_folder.empty() ? default_store_folder(service.node().options().domain) : s.store_folder, s.carving),
+        keeper(s.store_folder.empty() ? default_store_folder(service.node().options().domain) : s.store_folder, s.carving, s.growth),
         perceptions(s.perceptions_kept),
         environments_out(service.node(), "periplus/environment", dds::qos_latest()),
         objects_out(service.node(), "periplus/object", dds::qos_latest()),
@@ -136,6 +136,7 @@ struct ModelServerService::Impl {
       const auto model = self->keeper.begin(id, wire::from_wire(q.box()), q.voxel_m(), q.reset());
       self->publish(*model);
       r.revision(model->grid().revision);
+      r.box(wire::to_wire(model->state().box));
       r.counts(wire::to_wire(model->grid().counts()));
     });
     service.serve<msg::IntegrateRequest, msg::IntegrateReply>(
@@ -170,8 +171,10 @@ struct ModelServerService::Impl {
     const double integrated = seconds_since(start);
     start = Clock::now();
     // The grid goes out before the answer: whoever is asked to plan with the new revision finds it on its way.
-    publish(*keeper.model(object_id));
+    const auto model = keeper.model(object_id);
+    publish(*model);
     r.revision(result.revision);
+    r.box(wire::to_wire(model->state().box));
     r.counts(wire::to_wire(result.counts));
     r.found_gain_px(result.found_gain_px);
     r.found_gain_voxels(result.found_gain_voxels);
@@ -197,6 +200,7 @@ struct ModelServerService::Impl {
     r.revision(model->grid().revision);
     r.counts(wire::to_wire(model->grid().counts()));
     r.views(static_cast<std::uint32_t>(model->state().views.size()));
+    r.box(wire::to_wire(model->state().box));
     log::info("views revised", {{"object", object_id},
                                 {"better", std::to_string(better.size())},
                                 {"without", std::to_string(without.size())},

@@ -45,6 +45,11 @@ ModelSettings read_settings(const config::Node& root) {
   labels.read("seen_points", c.seen_points);
   const config::Node surface = root.child("surface");
   surface.read("truncation_voxels", c.truncation_voxels);
+  const config::Node growth = root.child("growth");
+  growth.read("enabled", s.growth.enabled);
+  growth.read("least_voxels", s.growth.least_voxels);
+  growth.read("margin_voxels", s.growth.margin_voxels);
+  growth.read("least_area", s.growth.least_area);
   object_model::LandmarkSettings& l = s.landmarks;
   const config::Node landmarks = root.child("landmarks");
   landmarks.read("most_distance", l.matching.most_distance);
@@ -59,6 +64,7 @@ ModelSettings read_settings(const config::Node& root) {
   landmarks.read("most_turn_rad", l.most_turn);
   root.finish();
   c.check();
+  s.growth.check();
   l.check();
   return s;
 }

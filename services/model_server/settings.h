@@ -6,6 +6,7 @@
 
 #include "common/core/config.h"
 #include "common/object_model/carving.h"
+#include "common/object_model/growth.h"
 #include "common/object_model/landmarks.h"
 
 namespace periplus::model {
@@ -15,6 +16,7 @@ struct ModelSettings {
   std::chrono::milliseconds perception_wait{2000};
   int perceptions_kept = 8;
   object_model::CarvingSettings carving;
+  object_model::GrowthSettings growth;
   object_model::LandmarkSettings landmarks;
 };
 

@@ -31,6 +31,7 @@ TEST(Settings, DefaultFileHoldsTheDefaults) {
   EXPECT_EQ(file.carving.seen_points, code.carving.seen_points);
   EXPECT_EQ(file.carving.truncation_voxels, code.carving.truncation_voxels);
   EXPECT_TRUE(file.carving == code.carving);
+  EXPECT_TRUE(file.growth == code.growth);
 }
 
 TEST(Settings, RefusesUnknownKeysAndValuesOutOfRange) {
@@ -41,6 +42,8 @@ TEST(Settings, RefusesUnknownKeysAndValuesOutOfRange) {
   EXPECT_DOUBLE_EQ(read_settings(config::parse("landmarks: {reach_m: 0.03}", "test")).landmarks.reach_m, 0.03);
   EXPECT_THROW(read_settings(config::parse("carving: {mode: bold}", "test")), Error);
   EXPECT_THROW(read_settings(config::parse("log_odds: {miss: 0.4}", "test")), Error);
+  EXPECT_THROW(read_settings(config::parse("growth: {least_voxels: 0}", "test")), Error);
+  EXPECT_FALSE(read_settings(config::parse("growth: {enabled: false}", "test")).growth.enabled);
   EXPECT_EQ(read_settings(config::parse("carving: {mode: probabilistic}", "test")).carving.mode, object_model::CarvingMode::probabilistic);
   EXPECT_DOUBLE_EQ(read_settings(config::parse("carving: {margin_voxels: 1.5}", "test")).carving.margin_voxels, 1.5);
 }

@@ -60,7 +60,7 @@ struct ModelingActions::Impl {
         integrate(node, "model/integrate"), model_publish(node, "model/publish"), model_export(node, "model/export"), model_digest(node, "model/digest"),
         plan_view(node, "nbv/plan"), posture(node, "posture/generate"), plan_walk(node, "walk/plan"), walk(node, "motion/walk"),
         set_posture(node, "motion/set_posture"), motion_state(node, "motion/state"), halt(node, "motion/halt"), stop_rule(t.stop),
-        robot(robot::RobotModel::load(wire::text_from_wire(e.robot_urdf()), wire::text_from_wire(e.robot_yaml()))) {}
+        robot(robot::RobotModel::load(wire::text_from_wire(e.robot_urdf()), wire::text_from_wire(e.robot_yaml()))), box(t.box) {}
 
   ActionSettings settings;
   Task task;
@@ -102,6 +102,7 @@ struct ModelingActions::Impl {
   int lost_here = 0;                  // images or perceptions asked for again at this look
   msg::Revision environment_revision; // as the model server knows it
   std::uint32_t revision = 0;         // of the object
+  object_model::ObjectBox box;        // of the object; the task's, or what the model server has let it grow to
   std::vector<Pose> forbidden;        // of the whole run
   LookRecord current;                 // of the look under way
   std::vector<LookRecord> looks;
@@ -282,6 +283,7 @@ Outcome ModelingActions::Impl::prepare() {
   request.reset(true);
   call(begin, "model/begin", request, reply, settings.request_deadline_s);
   revision = reply.revision();
+  box = wire::from_wire(reply.box());
   whiteboard.put("model", {{"object_id", task.object_id}, {"revision", revision}, {"unknown", reply.counts().unknown()}});
   return {};
 }
@@ -316,7 +318,7 @@ Outcome ModelingActions::Impl::process_images() {
   msg::ProcessRequest request;
   msg::ProcessReply reply;
   request.view_id(view_id());
-  request.box(wire::to_wire(task.box));
+  request.box(wire::to_wire(box));
   call_knowing(process, "vision/process", request, reply, settings.request_deadline_s);
   current.X_WC = wire::from_wire(reply.pose_world_camera());
   current.valid_share = reply.valid_share();
@@ -334,6 +336,7 @@ Outcome ModelingActions::Impl::integrate_view() {
   request.view_id(view_id());
   call(integrate, "model/integrate", request, reply, settings.request_deadline_s);
   revision = reply.revision();
+  box = wire::from_wire(reply.box());
   current.counts = counts_of(reply.counts());
   current.found_gain_px = reply.found_gain_px();
   current.found_gain_voxels = reply.found_gain_voxels();
@@ -528,7 +531,7 @@ nlohmann::json ModelingActions::report() const {
   nlohmann::json looks = nlohmann::json::array(), forbidden = nlohmann::json::array();
   for (const LookRecord& l : i.looks) looks.push_back(RunRecorder::to_json(l));
   for (const Pose& X : i.forbidden) forbidden.push_back(to_json(X));
-  return {{"looks", looks}, {"views", i.looks.size()}, {"forbidden_poses", forbidden}, {"walks", i.path}, {"model_digest", i.digest}};
+  return {{"object_box", to_json(i.box)}, {"looks", looks}, {"views", i.looks.size()}, {"forbidden_poses", forbidden}, {"walks", i.path}, {"model_digest", i.digest}};
 }
 
 }  // namespace periplus::supervisor

@@ -82,6 +82,10 @@ nlohmann::json to_json(const Pose& X) {
   return rows;
 }
 
+nlohmann::json to_json(const object_model::ObjectBox& box) {
+  return {{"pose_world_box", to_json(box.X_WB)}, {"size_m", {box.size.x(), box.size.y(), box.size.z()}}};
+}
+
 RunRecorder::RunRecorder(const std::string& folder) : folder_(folder) {
   require(!fs::exists(folder + "/report.json"), ErrorCode::bad_input, folder + " holds a run already; give another run id");
   std::error_code error;

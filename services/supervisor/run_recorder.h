@@ -60,5 +60,6 @@ class RunRecorder {
 };
 
 nlohmann::json to_json(const Pose& X);   // 4x4, row by row
+nlohmann::json to_json(const object_model::ObjectBox& box);
 
 }  // namespace periplus::supervisor

@@ -149,7 +149,7 @@ nlohmann::json SupervisorService::Impl::report_of(const Task& task, const Modeli
                            {"run_id", run_id},
                            {"seed", task.seed},
                            {"voxel_m", task.voxel_m},
-                           {"object_box", {{"pose_world_box", to_json(task.box.X_WB)}, {"size_m", {task.box.size.x(), task.box.size.y(), task.box.size.z()}}}},
+                           {"object_box", to_json(task.box)},
                            {"version", version()},
                            {"began", iso_time(began_ns)},
                            {"wall_time_s", seconds_since(began)}};
