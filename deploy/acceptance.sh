@@ -6,7 +6,7 @@
 # "skipped"; with PERIPLUS_REQUIRE_DOCKER=1 a missing engine is a failure.
 set -uo pipefail
 cd "$(dirname "$0")/.."
-all=(build ci visibility search nbv_benchmark carving truths eyes demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug fuzz hosts compose)
+all=(build ci visibility search nbv_benchmark carving truths eyes demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug fuzz readers hosts compose)
 if [ "${1:-}" = --list ]; then printf '%s\n' "${all[@]}"; exit 0; fi
 checks=("$@"); [ $# -gt 0 ] || checks=("${all[@]}")
 for check in "${checks[@]}"; do
@@ -242,6 +242,9 @@ for c in json.load(open(sys.argv[1]))["checks"]:
       while IFS=$'\t' read -r target executions edges findings; do
         say "fuzz.$target" "$executions" executions "findings = 0" "$([ "$findings" = 0 ] && [ "$executions" -gt 0 ] && echo true || echo false)"
       done <"$work/fuzz.log" ;;
+    readers)  # every export opened by programs that others wrote
+      ninja -C build/release write_models >"$work/readers.build.log" 2>&1
+      script readers python3 integration-tests/public_readers/read_models.py "$bin/write_models" "$work/readers" ;;
     hosts)
       for check_of in "one_host reference.sh" "two_hosts two_hosts_test.sh" "two_hosts_mixed two_hosts_test.sh cyclonedds fastdds"; do
         # shellcheck disable=SC2086

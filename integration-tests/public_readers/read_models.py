@@ -7,13 +7,15 @@ import csv
 import json
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import venv
 
 # What must be there for the test to say anything, and readers that have no wheels everywhere.
-NEEDED = ["numpy", "trimesh", "pygltflib", "plyfile"]
-OPTIONAL = ["open3d", "pyoctomap"]
+NEEDED = ["numpy", "scipy", "trimesh", "pygltflib", "plyfile"]
+OPTIONAL = ["open3d", "pyoctomap", "pypcd4"]
 
 
 def skip(why):
@@ -30,11 +32,12 @@ def installed(command, seconds):
 
 
 def install(work):
-    """Makes the environment once; a stamp says that it is whole."""
+    """Makes the environment once; a stamp says of which packages."""
     home = work / "venv"
     python = home / "bin" / "python"
     stamp = home / "complete"
-    if not stamp.exists():
+    packages = " ".join(NEEDED + OPTIONAL)
+    if not stamp.exists() or stamp.read_text(encoding="ascii") != packages:
         try:
             venv.create(home, with_pip=True, clear=True)
         except (OSError, subprocess.CalledProcessError) as error:
@@ -45,7 +48,7 @@ def install(work):
         for package in OPTIONAL:
             if not installed([*pip, package], 200):
                 print(f"{package} does not install here: what it alone reads stays unread")
-        stamp.touch()
+        stamp.write_text(packages, encoding="ascii")
     return python
 
 
@@ -108,7 +111,13 @@ def vertices_normals(read, y_up):
 def read_glb(work, truth):
     import numpy
     import pygltflib
+    import pygltflib.validator
     gltf = pygltflib.GLTF2().load(str(work / "ball.glb"))
+    try:
+        pygltflib.validator.validate(gltf)
+        hold("ball.glb: pygltflib's validator", True)
+    except pygltflib.validator.GLTFValidatorException as error:
+        hold("ball.glb: pygltflib's validator", False, str(error))
     blob = gltf.binary_blob()
     primitive = gltf.meshes[0].primitives[0]
     columns = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
@@ -157,6 +166,7 @@ def read_points(work, truth):
     check_points("ball.points.ply: plyfile", *(numpy.stack([vertex[n] for n in names], axis=1) for names in (("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue"))), truth)
     mesh = plyfile.PlyData.read(str(work / "ball.ply"))
     hold("ball.ply: plyfile", mesh["vertex"].count == truth["mesh"]["vertices"] and mesh["face"].count == truth["mesh"]["triangles"])
+    read_pcd(work, truth)
     try:
         import open3d
     except (ImportError, OSError) as error:
@@ -171,6 +181,48 @@ def read_points(work, truth):
         if name == "ball.obj":
             normals = numpy.asarray(read.vertex_normals)
             hold(f"{name}: Open3D, normals of unit length and outward", unit(normals) and outward(read.vertices, normals, truth) > 0.9)
+
+
+def read_pcd(work, truth):
+    import numpy
+    header = (work / "ball.pcd").read_bytes().split(b"DATA", 1)[0].decode().splitlines()
+    keys = [line.split()[0] for line in header if not line.startswith("#")]
+    # In this order, which the format demands; version 0.7 is 0.6 with a viewpoint.
+    hold("ball.pcd: header", keys == ["VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS"], " ".join(keys))
+    try:
+        import pypcd4
+    except (ImportError, OSError) as error:
+        print("not read by pypcd4:", error)
+        return
+    cloud = pypcd4.PointCloud.from_path(work / "ball.pcd")
+    columns = dict(zip(cloud.fields, numpy.asarray(cloud.numpy()).T))
+    hold("ball.pcd: pypcd4, version", cloud.metadata.version in ("0.7", ".7"), cloud.metadata.version)
+    points, normals = (numpy.stack([columns[n] for n in names], axis=1) for names in (("x", "y", "z"), ("normal_x", "normal_y", "normal_z")))
+    check_points("ball.pcd: pypcd4", points, normals, pypcd4.PointCloud.decode_rgb(columns["rgb"].astype(numpy.float32)), truth)
+
+
+def octomap_tool(work, *arguments):
+    """What a program of Debian's octomap-tools says, with its exit status."""
+    done = subprocess.run(arguments, cwd=work, capture_output=True, text=True, timeout=120)
+    return done.returncode, done.stdout + done.stderr
+
+
+def read_with_octomap_tools(work, truth):
+    """OctoMap's own programs: the trees are read, written again, and are the same."""
+    if not shutil.which("compare_octrees"):
+        print("not read by OctoMap's own programs: octomap-tools is not installed (apt-get install octomap-tools)")
+        return
+    # compare_octrees reads .ot alone, and compares what the cells were said to be.
+    for source, target in (("ball.bt", "from-bt.ot"), ("ball.ot", "from-ot.bt"), ("from-ot.bt", "from-ot.ot")):
+        (work / target).unlink(missing_ok=True)
+        status, said = octomap_tool(work, "convert_octree", source, target)
+        hold(f"{source}: convert_octree to {target}", status == 0 and (work / target).exists(), said.strip().rsplit("\n", 1)[-1])
+    status, said = octomap_tool(work, "compare_octrees", "from-bt.ot", "from-ot.ot")
+    hold("ball.bt and ball.ot: compare_octrees", status == 0 and "KLD: 0\n" in said + "\n", " ".join(said.split()[-2:]))
+    octomap_tool(work, "bt2vrml", "ball.bt")
+    sides = re.findall(r"Box { size ([0-9.]+) ", (work / "ball.bt.wrl").read_text(encoding="ascii"))
+    cells = sum(round(float(side) / truth["voxel_m"]) ** 3 for side in sides)
+    hold("ball.bt: bt2vrml, cells", cells == truth["voxels"]["occupied"], str(cells))
 
 
 def read_trees(work, truth):
@@ -213,7 +265,7 @@ def main():
         sys.exit(subprocess.run([python, __file__, writer, work], env={**os.environ, "PERIPLUS_PUBLIC_READERS": "installed"}).returncode)
     subprocess.run([writer, work], check=True)
     truth = json.loads((work / "truth.json").read_text())
-    for read in (read_meshes, read_glb, read_points, read_trees, read_features):
+    for read in (read_meshes, read_glb, read_points, read_trees, read_with_octomap_tools, read_features):
         read(work, truth)
     print(f"{len(failures)} do not hold" if failures else "all hold")
     sys.exit(1 if failures else 0)
