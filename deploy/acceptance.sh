@@ -6,7 +6,7 @@
 # "skipped"; with PERIPLUS_REQUIRE_DOCKER=1 a missing engine is a failure.
 set -uo pipefail
 cd "$(dirname "$0")/.."
-all=(build ci visibility search nbv_benchmark carving truths eyes demo triceratops forbidden ship statue treehouse determinism vendors killed blank mug fuzz readers hosts compose)
+all=(build ci visibility search nbv_benchmark carving truths eyes demo triceratops forbidden ship statue treehouse growth determinism vendors killed blank mug fuzz readers hosts compose)
 if [ "${1:-}" = --list ]; then printf '%s\n' "${all[@]}"; exit 0; fi
 checks=("$@"); [ $# -gt 0 ] || checks=("${all[@]}")
 for check in "${checks[@]}"; do
@@ -203,6 +203,9 @@ for c in json.load(open(sys.argv[1]))["checks"]:
     ship) large_run ship 12 5 ;;
     statue) large_run statue 15 10 ;;
     treehouse) large_run treehouse 20 15 ;;
+    growth)  # begun in a box of half its height
+      large_run treehouse-grow 26 15
+      judge growth.box_height "$(field "round(r['object_box']['size_m'][2], 2)")" m '>=' 3 ;;
     determinism)
       model determinism_first deploy/tasks/bunny.yaml; first=$(result)
       model determinism_second deploy/tasks/bunny.yaml

@@ -31,6 +31,7 @@ class PointsOutside {
       : geometry_(geometry), surroundings_(surroundings), carving_(carving), least_area_(least_area) {}
 
   void add(const View& view) {
+    if (view.silhouette_valid_share < carving_.cautious_share) return;
     const double pose_sigma = point_sigma(view.covariance, (view.X_WC.inverse() * geometry_.X_WG * (0.5 * geometry_.voxel_size * geometry_.size.cast<double>())).norm());
     const double focal_baseline = view.rig.camera.fx * view.rig.baseline;
     for (const StoredDepth& stored : view.depth) {

@@ -3,8 +3,9 @@
 // given from the start.
 //
 // The object leaves its box where measured voxels at the grid's faces go on outside: through voxels that share a face, an edge or a corner, each
-// with enough depth points, none of them on a known solid as far as depth and pose can tell. What another view sees
-// through does not count. The grid grows by whole bricks of 8 voxels on each side that is left, so that its voxels stay where they were.
+// with enough depth points, none of them on a known solid as far as depth and pose can tell. Views in which too little of the object's
+// silhouette has a depth (CarvingSettings::cautious_share) do not count: plain surfaces are matched wrongly. Nor does what another view
+// sees through. The grid grows by whole bricks of 8 voxels on each side that is left, so that its voxels stay where they were.
 #pragma once
 
 #include <optional>

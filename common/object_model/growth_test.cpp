@@ -118,6 +118,10 @@ TEST(Growth, SoItIsInTheProbabilisticMode) {
 TEST(Growth, WhatStaysInItsBoxDoesNotGrow) {
   ObjectModel model("ball", box_around(kBall, 0.32), 0.01, {});
   for (int n = 0; n < kViews; ++n) EXPECT_FALSE(look(model, ideal_view(kBall, n, kViews))) << n;
+  Perception plain = ideal_view(kBall, 0, kViews);
+  plain.silhouette_valid_share = 0.5;
+  ObjectModel hardly_seen("ball", small_box(), 0.01, {});
+  EXPECT_FALSE(look(hardly_seen, plain));
   GrowthSettings off;
   off.enabled = false;
   ObjectModel leaving("ball", small_box(), 0.01, {});
