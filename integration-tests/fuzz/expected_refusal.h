@@ -20,14 +20,21 @@ inline std::string_view text(const std::uint8_t* data, std::size_t size) { retur
   std::abort();
 }
 
+// How many results the readers have given, and why the last refusal: by these periplus-fuzz-replay tells whether a seed is read at all.
+inline long accepted = 0;
+inline std::string refusal;
+
 // What read() returns; nothing if it refuses. `internal` is no refusal but a defect of ours.
 template <class Read>
 std::optional<std::invoke_result_t<Read>> result_or_refusal(Read&& read) {
   try {
-    return read();
+    auto result = read();
+    ++accepted;
+    return result;
   } catch (const Error& error) {
     if (error.code() == ErrorCode::internal || error.code() == ErrorCode::ok) finding(std::string("an input is answered with ") + to_string(error.code()) + ": " + error.what());
     if (*error.what() == '\0') finding("a refusal says nothing");
+    refusal = error.what();
     return std::nullopt;
   }
 }

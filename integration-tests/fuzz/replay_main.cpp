@@ -1,5 +1,6 @@
 // periplus-fuzz-replay CORPORA [--mutations N] [TARGET...]: what stands in CORPORA/<target>/ and N mutations of each file go through the
-// targets, without a fuzzer. Exit status 1 and the input as a file in the working folder at the first finding.
+// targets, without a fuzzer. Exit status 1 and the input as a file in the working folder at the first finding; 1 too where an input whose name
+// begins with neither "found-" nor "refused-" is refused.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -12,11 +13,13 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "common/core/hash.h"
+#include "integration-tests/fuzz/expected_refusal.h"
 #include "integration-tests/fuzz/mutation.h"
 
 #define PERIPLUS_FUZZ_TARGET(name) extern "C" int fuzz_##name(const std::uint8_t* data, std::size_t size);
@@ -38,6 +41,7 @@ constexpr Target kTargets[] = {
 #undef PERIPLUS_FUZZ_TARGET
 };
 
+constexpr std::string_view kFound = "found-", kRefused = "refused-";  // inputs that a fuzzer found, or that are to be refused
 constexpr double kMostSeconds = 10;       // an input, as for the fuzzers
 constexpr long kMostKilobytes = 2 << 20;  // of the whole program
 
@@ -87,7 +91,11 @@ void replay(const Target& target, const std::string& folder, int mutations) {
   require(!inputs.empty(), ErrorCode::bad_input, folder + " holds no inputs");
   const auto start = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < inputs.size(); ++i) {
+    fuzz::accepted = 0;
     run(target, inputs[i], std::string(target.name) + "/" + names[i]);
+    // A corpus of refused inputs fuzzes nothing but the first check.
+    require(fuzz::accepted > 0 || names[i].starts_with(kFound) || names[i].starts_with(kRefused), ErrorCode::bad_input,
+            origin + " is refused (" + fuzz::refusal + "); write a seed that is read (README.md), or name it " + std::string(kRefused) + "... if it is to be refused");
     Random random(i + 1);
     for (int n = 0; n < mutations; ++n)
       run(target, fuzz::mutated(inputs[i], inputs[random.below(inputs.size())], random), std::string(target.name) + "/" + names[i] + ", mutation " + std::to_string(n));

@@ -47,6 +47,7 @@ void messages(const std::string& folder) {
   p.depth.pop_back();
   p.features.clear();
   p.disparity = ImageF(8, 6, 1, 3.f);
+  p.disparity_filled = ImageU8(8, 6);
   write(folder + "/perception-one-eye", wired('P', wire::to_wire(p)));
   for (const int channels : {1, 3}) {
     wire::StampedImage image;
@@ -84,7 +85,7 @@ int main(int argc, char** argv) {
       const ObjectModel model = small_model(views);
       const std::string file = write_model(model);
       write(corpora + "/model_file/" + file.substr(15, file.find('\n') - 15) + "-views-" + std::to_string(views), file);
-      if (views == 1) continue;
+      if (views != 3) continue;  // nothing is known without a view, and such a tree is refused
       write(corpora + "/model_import/" + std::to_string(views) + "-views.bt", export_model(model, "bt"));
     }
     write(corpora + "/model_import/ball.pcd", export_model(small_model(3), "pcd"));
