@@ -18,6 +18,7 @@ struct MatchingSettings {
   int least_coherent = 3;          // ... and at least so many; 0 with a share of 0 switches the comparison of distances off
   int most = 0;                    // matches kept, the nearest first; 0: all
   void check() const;              // throws Error(bad_input)
+  bool operator==(const MatchingSettings&) const = default;
 };
 
 struct FeatureMatch {

@@ -95,8 +95,10 @@ void LandmarkSettings::check() const {
   require(most_turn >= 0 && most_turn <= 4, ErrorCode::bad_input, "landmarks: most_turn must lie in 0..4");
 }
 
-std::vector<SeenLandmark> merge_landmarks(std::span<const std::shared_ptr<const View>> views, const LandmarkSettings& settings) {
+std::vector<SeenLandmark> merge_landmarks(std::span<const std::shared_ptr<const View>> views, const LandmarkSettings& settings, KeptMatches* kept) {
   settings.check();
+  KeptMatches old{.settings = settings.matching, .of = {}}, matches = old;
+  if (kept && kept->settings == settings.matching) old.of.swap(kept->of);
   std::vector<Observation> all;
   std::vector<std::size_t> first(views.size());
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -117,10 +119,14 @@ std::vector<SeenLandmark> merge_landmarks(std::span<const std::shared_ptr<const 
     for (std::size_t w = v + 1; w < views.size(); ++w) {
       const auto &a = views[v]->features, &b = views[w]->features;
       if (views[v]->X_WC.linear().col(2).dot(views[w]->X_WC.linear().col(2)) < std::cos(std::min(settings.most_turn, std::numbers::pi))) continue;
-      for (const FeatureMatch& m : match_views(a, b, settings.matching))
+      const std::pair pair(views[v], views[w]);
+      auto known = old.of.extract(pair);
+      const auto at = known ? matches.of.insert(std::move(known)).position : matches.of.try_emplace(pair, match_views(a, b, settings.matching)).first;
+      for (const FeatureMatch& m : at->second)
         if ((a[static_cast<std::size_t>(m.a)].p_W - b[static_cast<std::size_t>(m.b)].p_W).norm() <= settings.reach_m)
           joints.push_back({m.distance, first[v] + static_cast<std::size_t>(m.a), first[w] + static_cast<std::size_t>(m.b)});
     }
+  if (kept) *kept = std::move(matches);
   std::sort(joints.begin(), joints.end(), [](const Joint& x, const Joint& y) { return std::tie(x.distance, x.a, x.b) < std::tie(y.distance, y.a, y.b); });
   for (const Joint& j : joints)
     if (groups.root(j.a) != groups.root(j.b) && !groups.share_a_view(j.a, j.b)) groups.join(j.a, j.b);

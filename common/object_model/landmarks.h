@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/object_model/feature_matching.h"
@@ -33,10 +35,19 @@ struct LandmarkSettings {
   void check() const;                  // throws Error(bad_input)
 };
 
+// What match_views found of pairs of views, kept from one call of merge_landmarks to the next: views never change. It holds the pairs of
+// the last call alone.
+struct KeptMatches {
+  MatchingSettings settings;           // they were found with
+  std::map<std::pair<std::shared_ptr<const View>, std::shared_ptr<const View>>, std::vector<FeatureMatch>> of;
+};
+
 // Every feature of the views belongs to exactly one landmark. Two features are observations of one if their views match them
 // (Algorithm 6) and their places agree; the nearest by descriptor are joined first, and two groups only if no view saw both. SIFT's
-// several directions at one spot of a view are one observation's. In the order of their first observation. Deterministic.
-std::vector<SeenLandmark> merge_landmarks(std::span<const std::shared_ptr<const View>> views, const LandmarkSettings& settings = {});
+// several directions at one spot of a view are one observation's. In the order of their first observation. Deterministic; the
+// same to the last bit with `kept` matches and without.
+std::vector<SeenLandmark> merge_landmarks(std::span<const std::shared_ptr<const View>> views, const LandmarkSettings& settings = {},
+                                          KeptMatches* kept = nullptr);
 
 // The voxel that a landmark belongs to (5.1.2): its own if that is known or unknown, else the nearest such one whose centre is
 // within half the landmark's size and half a voxel's diagonal, and no more than 8 voxels. Nothing if there is none: the object is not there.

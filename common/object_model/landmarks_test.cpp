@@ -107,6 +107,43 @@ TEST(Landmarks, OneSpotIsOneLandmarkWhateverSeesIt) {
   }
 }
 
+void expect_same(const std::vector<SeenLandmark>& a, const std::vector<SeenLandmark>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].seen, b[i].seen);
+    EXPECT_EQ(a[i].place.p_W, b[i].place.p_W);
+    EXPECT_EQ(a[i].place.normal_W, b[i].place.normal_W);
+    EXPECT_EQ(a[i].place.size_m, b[i].place.size_m);
+  }
+}
+
+TEST(Landmarks, KeptMatchesGiveTheSameToTheLastBit) {
+  const Wall wall(60, 3, 0.002);
+  KeptMatches kept;
+  std::vector<std::shared_ptr<const View>> views;
+  for (const auto& view : wall.views) {
+    views.push_back(view);
+    expect_same(merge_landmarks(views, {}, &kept), merge_landmarks(views));
+    EXPECT_EQ(kept.of.size(), views.size() * (views.size() - 1) / 2);
+  }
+  // A view that was taken out, one that stands elsewhere, and the others in another order.
+  View moved = *views[1];
+  moved.X_WC.translation().x() += 0.01;
+  for (Feature& f : moved.features) f.p_W.x() += 0.004;
+  views = {views[4], views[0], std::make_shared<const View>(std::move(moved)), views[3]};
+  expect_same(merge_landmarks(views, {}, &kept), merge_landmarks(views));
+  EXPECT_EQ(kept.of.size(), 6u);
+  LandmarkSettings strict;
+  strict.matching.ratio = 0.6;
+  expect_same(merge_landmarks(views, strict, &kept), merge_landmarks(views, strict));
+  EXPECT_EQ(kept.settings, strict.matching);
+  EXPECT_TRUE(std::ranges::any_of(merge_landmarks(views, strict, &kept), [](const SeenLandmark& l) { return l.seen.size() > 1; }));
+  // What is kept is what is used.
+  for (auto& [pair, matches] : kept.of) matches.clear();
+  for (const SeenLandmark& l : merge_landmarks(views, strict, &kept)) EXPECT_EQ(l.seen.size(), 1u);
+  for (auto& [pair, matches] : kept.of) EXPECT_TRUE(matches.empty());
+}
+
 TEST(Landmarks, ManyObservationsPlaceItBetterThanOne) {
   const Wall wall(80, 11);
   double one = 0, mean = 0;

@@ -302,11 +302,11 @@ bool ObjectModel::is_measured(const Eigen::Vector3i& voxel, const CarvingSetting
          state_.evidence.at(voxel).points >= settings.known_points;
 }
 
-std::vector<Landmark> ObjectModel::landmarks(const LandmarkSettings& settings) const {
+std::vector<Landmark> ObjectModel::landmarks(const LandmarkSettings& settings, KeptMatches* kept) const {
   constexpr std::size_t kMost = 65536;
   std::vector<Landmark> out;
   const voxel::GridGeometry& g = state_.grid.geometry();
-  for (const SeenLandmark& l : merge_landmarks(state_.views, settings)) {
+  for (const SeenLandmark& l : merge_landmarks(state_.views, settings, kept)) {
     const auto voxel = landmark_voxel(l.place, state_.grid);
     if (!voxel) continue;
     out.push_back(l.place);

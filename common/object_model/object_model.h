@@ -134,7 +134,7 @@ class ObjectModel {
   bool is_measured(const Eigen::Vector3i& voxel, const CarvingSettings& settings = {}) const;
 
   // The landmarks of all views (landmarks.h) that belong to a voxel of the object; one that lies beside its voxel is moved into it.
-  std::vector<Landmark> landmarks(const LandmarkSettings& settings = {}) const;
+  std::vector<Landmark> landmarks(const LandmarkSettings& settings = {}, KeptMatches* kept = nullptr) const;
 
   // SHA-256 over geometry, planes, and each view's pose and features, in the order of integration. Identifiers, stamps
   // and the revision are left out: two runs that saw the same have the same digest.
