@@ -42,18 +42,33 @@ void for_each_leaf(const voxel::OccupancyGrid& grid, Visit&& visit) {
       }
 }
 
+octomap::OcTree tree_of(const voxel::OccupancyGrid& grid) {
+  octomap::OcTree tree(grid.geometry().voxel_size);
+  for_each_leaf(grid, [&](const octomap::OcTreeKey& key, const Eigen::Vector3i&, voxel::VoxelState s) {
+    tree.updateNode(key, s != voxel::VoxelState::empty, true);
+  });
+  tree.updateInnerOccupancy();
+  return tree;
+}
+
 std::uint8_t octet(float value) { return static_cast<std::uint8_t>(std::clamp(value + 0.5f, 0.0f, 255.0f)); }
 
 }  // namespace
 
 std::string export_bt(const ObjectModel& model) {
-  octomap::OcTree tree(model.grid().geometry().voxel_size);
-  for_each_leaf(model.grid(), [&](const octomap::OcTreeKey& key, const Eigen::Vector3i&, voxel::VoxelState s) {
-    tree.updateNode(key, s != voxel::VoxelState::empty, true);
-  });
-  tree.updateInnerOccupancy();
+  octomap::OcTree tree = tree_of(model.grid());
   std::ostringstream out;
   require(tree.writeBinary(out), ErrorCode::internal, "OctoMap refused to write its tree");
+  return out.str();
+}
+
+std::string octomap_data(const voxel::OccupancyGrid& grid) {
+  octomap::OcTree tree = tree_of(grid);
+  if (tree.size() == 0) return {};
+  tree.toMaxLikelihood();
+  tree.prune();
+  std::ostringstream out;
+  require(tree.writeBinaryData(out).good(), ErrorCode::internal, "OctoMap refused to write its tree");
   return out.str();
 }
 
