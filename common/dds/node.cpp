@@ -182,22 +182,22 @@ class RenewableWriter : public Writer, private Renewable {
     if (bytes == 0) return false;
     r.bytes.resize(bytes);
     const std::lock_guard lock(history_mutex_);
-    if (qos_.depth > 0) {
-      int same_key = 0;
-      for (const Remembered& old : history_) same_key += old.key == r.key;
-      if (same_key >= qos_.depth) {
-        const auto oldest = std::find_if(history_.begin(), history_.end(), [&](const Remembered& old) { return old.key == r.key; });
-        history_bytes_ -= oldest->bytes.size();
-        history_.erase(oldest);
-      }
-    }
+    const auto same_key = by_key_.find(r.key);
+    if (qos_.depth > 0 && same_key != by_key_.end() && same_key->second.size() >= static_cast<std::size_t>(qos_.depth)) forget(same_key->second.front());
     history_bytes_ += r.bytes.size();
     history_.push_back(std::move(r));
-    while (history_bytes_ > kHistoryBytes && history_.size() > 1) {
-      history_bytes_ -= history_.front().bytes.size();
-      history_.pop_front();
-    }
+    by_key_[history_.back().key].push_back(std::prev(history_.end()));
+    while (history_bytes_ > kHistoryBytes && history_.size() > 1) forget(history_.begin());
     return true;
+  }
+
+  // The oldest of its key.
+  void forget(std::list<Remembered>::iterator oldest) {
+    const auto same_key = by_key_.find(oldest->key);
+    same_key->second.pop_front();
+    if (same_key->second.empty()) by_key_.erase(same_key);
+    history_bytes_ -= oldest->bytes.size();
+    history_.erase(oldest);
   }
 
   const std::shared_ptr<Core> core_;
@@ -206,7 +206,8 @@ class RenewableWriter : public Writer, private Renewable {
   const Qos qos_;
   std::unique_ptr<Writer> writer_;
   std::mutex history_mutex_;
-  std::list<Remembered> history_;
+  std::list<Remembered> history_;  // oldest first
+  std::map<std::vector<std::uint8_t>, std::deque<std::list<Remembered>::iterator>> by_key_;
   std::size_t history_bytes_ = 0;
 };
 

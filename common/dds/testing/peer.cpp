@@ -107,7 +107,13 @@ void beat(dds::Node& node) {
   const dds::RpcServer<msg::ExportRequest, msg::ExportReply> server(
       node, "test/beat", [](const msg::ExportRequest& request, msg::ExportReply& reply, dds::RpcContext&) { reply.sha256(request.format().to_string()); });
   dds::Publisher<msg::ServiceStatus> state(node, "state", dds::qos_latest());
-  state.publish(status("kept"));
+  for (const char* detail : {"old", "new"}) {
+    for (const char* instance : {"kept", "kept-too"}) {
+      auto s = status(instance);
+      s.detail(detail);
+      state.publish(s);
+    }
+  }
   while (!stopped) {
     auto s = status("beat");
     s.bad_samples(node.rejoins());
