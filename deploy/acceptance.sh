@@ -245,9 +245,9 @@ for c in json.load(open(sys.argv[1]))["checks"]:
       while IFS=$'\t' read -r target executions edges findings; do
         say "fuzz.$target" "$executions" executions "findings = 0" "$([ "$findings" = 0 ] && [ "$executions" -gt 0 ] && echo true || echo false)"
       done <"$work/fuzz.log" ;;
-    readers)  # every export opened by programs that others wrote
+    readers)  # every export, and the topics for ROS 2 tools, read by programs that others wrote
       ninja -C build/release write_models >"$work/readers.build.log" 2>&1
-      script readers python3 integration-tests/public_readers/read_models.py "$bin/write_models" "$work/readers" ;;
+      script readers python3 integration-tests/public_readers/read_models.py "$bin/write_models" "$work/readers" "$bin" ;;
     hosts)
       for check_of in "one_host reference.sh" "two_hosts two_hosts_test.sh" "two_hosts_mixed two_hosts_test.sh cyclonedds fastdds"; do
         # shellcheck disable=SC2086

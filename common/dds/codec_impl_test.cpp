@@ -205,11 +205,11 @@ void fuzz(const T& sample, std::uint64_t seed) {
 TEST(Codec, FuzzedSamplesNeverThrowNorAllocateMuch) {
   fuzz(perception(), 1);
   fuzz(joints(), 2);
-  msg::ObjectGrid grid;
-  grid.object_id("bunny");
-  grid.occupied().assign(512, 1);
-  grid.landmarks().resize(4);
-  fuzz(grid, 3);
+  msg::ObjectChunk chunk;
+  chunk.object_id("bunny");
+  chunk.voxels().assign(512, 1);
+  chunk.landmarks().resize(4);
+  fuzz(chunk, 3);
   msg::ServiceMetrics metrics;
   metrics.instance("a");
   metrics.rpcs().resize(3);

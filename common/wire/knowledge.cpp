@@ -24,7 +24,10 @@ struct Knowledge::Impl {
   std::map<std::string, Revisions> objects;
   std::uint64_t samples = 0;
   std::unique_ptr<dds::Subscriber<msg::Environment>> environments_in;
-  std::unique_ptr<dds::Subscriber<msg::ObjectGrid>> objects_in;
+  std::mutex assembling;  // taken before `mutex`
+  ObjectAssembler assembler;
+  std::unique_ptr<dds::Subscriber<msg::ObjectRevision>> objects_in;
+  std::unique_ptr<dds::Subscriber<msg::ObjectChunk>> chunks_in;
 
   void take(const msg::Environment& sample) {
     {
@@ -50,10 +53,20 @@ struct Knowledge::Impl {
     changed.notify_all();
   }
 
-  void take(const msg::ObjectGrid& sample) {
+  // A header or a chunk of an object.
+  template <class Sample>
+  void take_part(const Sample& sample) {
     try {
-      auto known = std::make_shared<const KnownObject>(object_from_wire(sample));
-      std::lock_guard lock(mutex);
+      const std::lock_guard in_order(assembling);
+      for (auto& object : assembler.take(sample)) keep(std::move(object));
+    } catch (const std::exception& e) {
+      log::warn("part of an object refused", {{"object", sample.object_id().to_string()}, {"reason", e.what()}});
+    }
+  }
+
+  void keep(std::shared_ptr<const KnownObject> known) {
+    {
+      const std::lock_guard lock(mutex);
       Revisions& revisions = objects[known->object_id];
       revisions.heard = ++samples;
       // A revision that is not newer means that the object was begun again: what came before it is void.
@@ -63,9 +76,6 @@ struct Knowledge::Impl {
       if (objects.size() > kObjectsKept)
         objects.erase(std::min_element(objects.begin(), objects.end(),
                                        [](const auto& a, const auto& b) { return a.second.heard < b.second.heard; }));
-    } catch (const std::exception& e) {
-      log::warn("object grid refused", {{"reason", e.what()}});
-      return;
     }
     changed.notify_all();
   }
@@ -75,14 +85,18 @@ Knowledge::Knowledge(dds::Node& node) : impl_(std::make_unique<Impl>()) {
   Impl* impl = impl_.get();
   impl_->environments_in = std::make_unique<dds::Subscriber<msg::Environment>>(
       node, "periplus/environment", dds::qos_latest(), [impl](const msg::Environment& m) { impl->take(m); });
-  impl_->objects_in = std::make_unique<dds::Subscriber<msg::ObjectGrid>>(
-      node, "periplus/object", dds::qos_latest(static_cast<int>(kRevisionsKept)), [impl](const msg::ObjectGrid& m) { impl->take(m); });
+  const dds::Qos qos = dds::qos_latest(static_cast<int>(kRevisionsKept));
+  impl_->chunks_in =
+      std::make_unique<dds::Subscriber<msg::ObjectChunk>>(node, "periplus/object/chunk", qos, [impl](const msg::ObjectChunk& m) { impl->take_part(m); });
+  impl_->objects_in =
+      std::make_unique<dds::Subscriber<msg::ObjectRevision>>(node, "periplus/object", qos, [impl](const msg::ObjectRevision& m) { impl->take_part(m); });
 }
 
 Knowledge::~Knowledge() {
   // Their threads use the members declared before them.
   impl_->environments_in.reset();
   impl_->objects_in.reset();
+  impl_->chunks_in.reset();
 }
 
 std::shared_ptr<const KnownEnvironment> Knowledge::environment(const std::string& revision, std::chrono::milliseconds timeout) const {

@@ -1,19 +1,17 @@
 // What the model server knows, as its readers see it: the newest environments (each with its robot) and the newest revisions
-// of objects, from the topics periplus/environment and periplus/object.
+// of objects, from the topics periplus/environment, periplus/object and periplus/object/chunk.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "common/core/error.h"
 #include "common/dds/node.h"
-#include "common/object_model/perception.h"
 #include "common/robot/robot_model.h"
 #include "common/scene/scene.h"
-#include "common/voxel/occupancy_grid.h"
+#include "common/wire/object_assembler.h"
 
 namespace periplus::wire {
 
@@ -23,13 +21,6 @@ struct KnownEnvironment {
   scene::Scene scene;
   std::shared_ptr<const scene::CollisionWorld> collision;
   std::shared_ptr<const robot::RobotModel> robot;
-};
-struct KnownObject {
-  std::string object_id;
-  std::uint32_t revision = 0;
-  std::shared_ptr<const voxel::OccupancyGrid> grid;
-  std::vector<object_model::Landmark> landmarks;
-  std::vector<Pose> views;  // left eyes X_WC of the views in the grid, in the order of integration; the last kViewsOnWire
 };
 
 // Thread-safe. Bad samples are logged and dropped. What is kept is bounded: kEnvironmentsKept environments, kObjectsKept objects

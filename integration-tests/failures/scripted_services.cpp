@@ -15,6 +15,7 @@
 #include "common/service/service_names.h"
 #include "common/voxel/occupancy_grid.h"
 #include "common/wire/common_wire.h"
+#include "common/wire/object_publisher.h"
 #include "common/wire/object_wire.h"
 #include "common/wire/perception_wire.h"
 #include "idl/common.h"
@@ -50,7 +51,7 @@ struct ScriptedServices::Impl {
         right(node, "rt/stereo/right/image_raw", dds::qos_stream(8)),
         wide(node, "rt/wide/image_raw", dds::qos_stream(8)),
         perceptions(node, "periplus/perception", dds::qos_latest(8)),
-        objects(node, "periplus/object", dds::qos_latest(1)),
+        objects(node),
         statuses(node, "periplus/service/status", dds::qos_latest(1)) {}
 
   template <class Request, class Reply, class Fill>
@@ -105,7 +106,7 @@ struct ScriptedServices::Impl {
   void publish_object() {
     voxel::OccupancyGrid grid(voxel::GridGeometry::from_box(wire::from_wire(box.pose_world_box()), wire::from_wire(box.size()), 0.1));
     grid.revision = revision;
-    objects.publish(wire::object_to_wire(object_id, grid, {}));
+    objects.publish(object_id, grid);
   }
   void publish_images(std::int64_t stamp_ns) {
     const ImageU8 image(16, 12, 3, 90);
@@ -156,7 +157,7 @@ struct ScriptedServices::Impl {
 
   dds::Publisher<RosImage> left, right, wide;
   dds::Publisher<msg::Perception> perceptions;
-  dds::Publisher<msg::ObjectGrid> objects;
+  wire::ObjectPublisher objects;
   dds::Publisher<msg::ServiceStatus> statuses;
   std::thread heart;
   std::atomic<bool> closing{false};

@@ -43,10 +43,10 @@ voxel::OccupancyGrid half_known_ball() {
 
 PlannerBench::PlannerBench(const std::string& name)
     : bench_(name), client_(bench_.node(), "nbv/plan"), environments_(bench_.node(), "periplus/environment", dds::qos_latest()),
-      objects_(bench_.node(), "periplus/object", dds::qos_latest()) {
+      objects_(bench_.node()) {
   environment_ = wire::environment_to_wire("ball-on-table", BallOnTable::scene_yaml(), bench_.robot_yaml(), bench_.robot_urdf());
   environments_.publish(environment_);
-  objects_.publish(wire::object_to_wire("ball", half_known_ball(), {}));
+  objects_.publish("ball", half_known_ball());
 }
 
 Program& PlannerBench::start(const char* vendor, std::vector<std::string> more) {

@@ -6,6 +6,7 @@
 
 #include "common/dds/node.h"
 #include "common/dds/rpc.h"
+#include "common/wire/object_publisher.h"
 #include "idl/model.h"
 #include "idl/nbv.h"
 #include "integration-tests/harness/test_bench.h"
@@ -28,7 +29,7 @@ class PlannerBench {
   TestBench bench_;
   dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client_;
   dds::Publisher<msg::Environment> environments_;
-  dds::Publisher<msg::ObjectGrid> objects_;
+  wire::ObjectPublisher objects_;
   msg::Environment environment_;
 };
 

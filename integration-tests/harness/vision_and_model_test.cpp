@@ -2,14 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <condition_variable>
-#include <mutex>
 #include <string>
 
+#include "common/core/error.h"
 #include "common/core/random.h"
 #include "common/dds/codec_impl.h"
 #include "common/dds/rpc.h"
 #include "common/wire/common_wire.h"
+#include "common/wire/knowledge.h"
 #include "common/wire/object_wire.h"
 #include "idl/model.h"
 #include "idl/vision.h"
@@ -84,12 +84,7 @@ class VisionAndModel : public testing::Test {
         set_environment(bench.node(), "model/set_environment"),
         begin(bench.node(), "model/begin"),
         integrate(bench.node(), "model/integrate"),
-        objects(bench.node(), "periplus/object", dds::qos_latest(), [this](const msg::ObjectGrid& m) {
-          wire::KnownObject object = wire::object_from_wire(m);
-          const std::lock_guard lock(mutex);
-          newest = std::move(object);
-          changed.notify_all();
-        }) {
+        knowledge(bench.node()) {
     bench.start("periplus-vision-server");
     bench.start("periplus-model-server");
   }
@@ -137,9 +132,9 @@ class VisionAndModel : public testing::Test {
       }
       revision = out.revision();
     }
-    std::unique_lock lock(mutex);
-    EXPECT_TRUE(changed.wait_for(lock, 10s, [&] { return newest.grid && newest.revision == revision; }));
-    return *newest.grid;
+    const auto known = knowledge.object("ball", revision, 10s);
+    require(known != nullptr, ErrorCode::not_ready, "the ball's newest revision did not arrive");
+    return *known->grid;
   }
 
   TestBench bench;
@@ -148,11 +143,8 @@ class VisionAndModel : public testing::Test {
   dds::RpcClient<msg::SetEnvironmentRequest, msg::SetEnvironmentReply> set_environment;
   dds::RpcClient<msg::BeginRequest, msg::BeginReply> begin;
   dds::RpcClient<msg::IntegrateRequest, msg::IntegrateReply> integrate;
-  std::mutex mutex;
-  std::condition_variable changed;
-  wire::KnownObject newest;
+  wire::Knowledge knowledge;
   double share = 0;
-  dds::Subscriber<msg::ObjectGrid> objects;
 };
 
 void report(const Comparison& c) {

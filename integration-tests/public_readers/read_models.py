@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""read_models.py WRITE_MODELS WORK: opens a model's files with public readers and compares them with the truth.
+"""read_models.py WRITE_MODELS WORK PROGRAMS: opens a model's files, and the topics of a model server that holds it, with public readers
+and compares them with the truth. PROGRAMS: where periplus-model and periplus-model-server stand.
 
 Exit status: 0 all hold, 1 some do not, 77 Python's packages cannot be had here.
 """
@@ -15,7 +16,7 @@ import venv
 
 # What must be there for the test to say anything, and readers that have no wheels everywhere.
 NEEDED = ["numpy", "scipy", "trimesh", "pygltflib", "plyfile"]
-OPTIONAL = ["open3d", "pyoctomap", "pypcd4"]
+OPTIONAL = ["open3d", "pyoctomap", "pypcd4", "cyclonedds"]
 
 
 def skip(why):
@@ -225,6 +226,49 @@ def read_with_octomap_tools(work, truth):
     hold("ball.bt: bt2vrml, cells", cells == truth["voxels"]["occupied"], str(cells))
 
 
+def check_leaves(name, tree, truth, coloured=False):
+    cells, red = {True: 0, False: 0}, 0
+    for leaf in tree.begin_leafs():
+        # A pruned leaf stands for all cells it covers.
+        occupied, covered = bool(tree.isNodeOccupied(leaf)), round(leaf.getSize() / truth["voxel_m"]) ** 3
+        cells[occupied] += covered
+        if coloured and occupied and tuple(leaf.current_node.getColor()) == (200, 40, 40):
+            red += covered
+    hold(f"{name}: pyoctomap, occupied", cells[True] == truth["voxels"]["occupied"], f"{cells[True]}")
+    if coloured:
+        hold(f"{name}: pyoctomap, leaves in the object's colour", red > 0.5 * cells[True], f"{red}")
+    hold(f"{name}: pyoctomap, free", cells[False] == truth["voxels"]["free"], f"{cells[False]}")
+
+
+def read_topics(work, truth, programs):
+    try:
+        import cyclonedds
+    except (ImportError, OSError) as error:
+        print("topics not read by Cyclone DDS' Python binding:", error)
+        return
+    import read_ros_topics
+    octomap, cloud = read_ros_topics.listen(programs, work)
+    hold(f"rt/octomap_binary: read by cyclonedds {cyclonedds.__version__}", octomap is not None)
+    hold("rt/object_points: read by cyclonedds", cloud is not None)
+    if cloud is not None:
+        hold("rt/object_points: frame, rows", (cloud.header.frame_id, cloud.row_step, cloud.is_dense) == ("world", cloud.width * cloud.point_step, True))
+        check_points("rt/object_points", *read_ros_topics.points_of(cloud), truth)
+    if octomap is None:
+        return
+    hold("rt/octomap_binary: head", (octomap.header.frame_id, octomap.binary, octomap.id, octomap.resolution) == ("world", True, "OcTree", truth["voxel_m"]))
+    try:
+        import pyoctomap
+    except (ImportError, OSError) as error:
+        print("the topic's tree not read by pyoctomap:", error)
+        return
+    # A .bt file is a head that says how many nodes there are, and then what the message holds.
+    head = (work / "ball.bt").read_bytes().split(b"data\n")[0] + b"data\n"
+    (work / "topic.bt").write_bytes(head + bytes(octet & 0xff for octet in octomap.data))
+    tree = pyoctomap.OcTree(0.1)
+    hold("rt/octomap_binary: pyoctomap reads it", tree.readBinary(str(work / "topic.bt")))
+    check_leaves("rt/octomap_binary", tree, truth)
+
+
 def read_trees(work, truth):
     try:
         import pyoctomap
@@ -236,17 +280,7 @@ def read_trees(work, truth):
     coloured = pyoctomap.ColorOcTree(0.1).read(str(work / "ball.ot"))
     for name, tree in (("ball.bt", plain), ("ball.ot", coloured)):
         hold(f"{name}: pyoctomap, resolution", near(tree.getResolution(), truth["voxel_m"], 1e-12))
-        cells, red = {True: 0, False: 0}, 0
-        for leaf in tree.begin_leafs():
-            # A pruned leaf stands for all cells it covers.
-            occupied, covered = bool(tree.isNodeOccupied(leaf)), round(leaf.getSize() / truth["voxel_m"]) ** 3
-            cells[occupied] += covered
-            if name == "ball.ot" and occupied and tuple(leaf.current_node.getColor()) == (200, 40, 40):
-                red += covered
-        hold(f"{name}: pyoctomap, occupied", cells[True] == truth["voxels"]["occupied"], f"{cells[True]}")
-        if name == "ball.ot":
-            hold(f"{name}: pyoctomap, leaves in the object's colour", red > 0.5 * cells[True], f"{red}")
-        hold(f"{name}: pyoctomap, free", cells[False] == truth["voxels"]["free"], f"{cells[False]}")
+        check_leaves(name, tree, truth, name == "ball.ot")
 
 
 def read_features(work, truth):
@@ -258,15 +292,16 @@ def read_features(work, truth):
 
 
 def main():
-    writer, work = sys.argv[1], pathlib.Path(sys.argv[2])
+    writer, work, programs = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
     work.mkdir(parents=True, exist_ok=True)
     if os.environ.get("PERIPLUS_PUBLIC_READERS") != "installed":
         python = install(work)
-        sys.exit(subprocess.run([python, __file__, writer, work], env={**os.environ, "PERIPLUS_PUBLIC_READERS": "installed"}).returncode)
+        sys.exit(subprocess.run([python, __file__, writer, work, programs], env={**os.environ, "PERIPLUS_PUBLIC_READERS": "installed"}).returncode)
     subprocess.run([writer, work], check=True)
     truth = json.loads((work / "truth.json").read_text())
     for read in (read_meshes, read_glb, read_points, read_trees, read_with_octomap_tools, read_features):
         read(work, truth)
+    read_topics(work, truth, programs)
     print(f"{len(failures)} do not hold" if failures else "all hold")
     sys.exit(1 if failures else 0)
 

@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <map>
 #include <mutex>
 
 #include "common/core/clock.h"
@@ -12,11 +13,13 @@
 #include "common/object_model/model_export.h"
 #include "common/scene/scene.h"
 #include "common/wire/common_wire.h"
+#include "common/wire/object_publisher.h"
 #include "common/wire/object_wire.h"
 #include "common/wire/perception_wire.h"
 #include "idl/model.h"
 #include "idl/vision.h"
 #include "services/model_server/model_keeper.h"
+#include "services/model_server/ros_topics_service.h"
 
 namespace periplus::model {
 
@@ -79,8 +82,9 @@ struct ModelServerService::Impl {
         keeper(s.store_folder.empty() ? default_store_folder(service.node().options().domain) : s.store_folder, s.carving, s.growth),
         perceptions(s.perceptions_kept),
         environments_out(service.node(), "periplus/environment", dds::qos_latest()),
-        objects_out(service.node(), "periplus/object", dds::qos_latest()),
+        objects_out(service.node()),
         files_out(service.node(), "periplus/model/file", dds::qos_stream(4)),
+        ros(s.ros_topics ? std::make_unique<RosTopics>(service.node()) : nullptr),
         perceptions_in(service.node(), "periplus/perception", dds::qos_latest(s.perceptions_kept),
                        [this](const msg::Perception& m) { take(m); }) {
     resume();
@@ -97,7 +101,7 @@ struct ModelServerService::Impl {
       }
     }
     for (const auto& model : keeper.models()) {
-      publish(*model);
+      publish(model->state().object_id);
       log::info("object taken up from the store", {{"object", model->state().object_id},
                                                    {"revision", std::to_string(model->grid().revision)},
                                                    {"views", std::to_string(model->state().views.size())}});
@@ -113,11 +117,19 @@ struct ModelServerService::Impl {
   }
 
   void publish_environment() { environments_out.publish(wire::environment_to_wire(keeper.environment().texts)); }
-  void publish(const object_model::ObjectModel& model) {
+  // The newest revision of an object, which it returns, and no older one after it: requests are served at the same time.
+  ModelKeeper::Model publish(const std::string& object_id, bool all = false) {
+    const std::lock_guard lock(publishing);
+    const auto model = keeper.model(object_id);
     std::vector<Pose> views;
-    for (const auto& view : model.state().views) views.push_back(view->X_WC);
-    require(objects_out.publish(wire::object_to_wire(model.state().object_id, model.grid(), model.landmarks(settings.landmarks), views)), ErrorCode::internal,
-            "the object's grid could not be published");
+    for (const auto& view : model->state().views) views.push_back(view->X_WC);
+    if (ros) ros->offer(model);
+    const auto sent = objects_out.publish(object_id, model->grid(), model->landmarks(settings.landmarks, &matches[object_id]), views, all);
+    log::debug("object published", {{"object", object_id},
+                                    {"revision", std::to_string(model->grid().revision)},
+                                    {"chunks", std::to_string(sent.chunks)},
+                                    {"octets", std::to_string(sent.octets)}});
+    return model;
   }
 
   // The service keeps the servers until its end, after ModelServerService is gone: each handler holds on to this.
@@ -134,7 +146,7 @@ struct ModelServerService::Impl {
     service.serve<msg::BeginRequest, msg::BeginReply>("model/begin", [self](const auto& q, auto& r, dds::RpcContext&) {
       const std::string id = wire::id_from_wire(q.object_id(), "object_id");
       const auto model = self->keeper.begin(id, wire::from_wire(q.box()), q.voxel_m(), q.reset());
-      self->publish(*model);
+      self->publish(id);
       r.revision(model->grid().revision);
       r.box(wire::to_wire(model->state().box));
       r.counts(wire::to_wire(model->grid().counts()));
@@ -143,9 +155,10 @@ struct ModelServerService::Impl {
         "model/integrate", [self](const auto& q, auto& r, dds::RpcContext&) { self->integrate(q, r); });
     service.serve<msg::ReviseRequest, msg::ReviseReply>("model/revise", [self](const auto& q, auto& r, dds::RpcContext&) { self->revise(q, r); });
     service.serve<msg::PublishRequest, msg::PublishReply>("model/publish", [self](const auto& q, auto& r, dds::RpcContext&) {
-      const auto model = self->keeper.model(wire::id_from_wire(q.object_id(), "object_id"));
+      const std::string id = wire::id_from_wire(q.object_id(), "object_id");
+      self->keeper.model(id);  // says so if there is none, before anything goes out
       self->publish_environment();
-      self->publish(*model);
+      const auto model = self->publish(id, true);
       r.revision(model->grid().revision);
     });
     service.serve<msg::ExportRequest, msg::ExportReply>(
@@ -171,8 +184,7 @@ struct ModelServerService::Impl {
     const double integrated = seconds_since(start);
     start = Clock::now();
     // The grid goes out before the answer: whoever is asked to plan with the new revision finds it on its way.
-    const auto model = keeper.model(object_id);
-    publish(*model);
+    const auto model = publish(object_id);
     r.revision(result.revision);
     r.box(wire::to_wire(model->state().box));
     r.counts(wire::to_wire(result.counts));
@@ -196,7 +208,7 @@ struct ModelServerService::Impl {
     std::vector<std::string> without;
     for (const msg::ViewName& v : q.without()) without.push_back(wire::id_from_wire(v.view_id(), "view_id"));
     const auto model = keeper.revise(object_id, better, without);
-    publish(*model);
+    publish(object_id);
     r.revision(model->grid().revision);
     r.counts(wire::to_wire(model->grid().counts()));
     r.views(static_cast<std::uint32_t>(model->state().views.size()));
@@ -229,8 +241,11 @@ struct ModelServerService::Impl {
   ModelKeeper keeper;
   PerceptionBuffer perceptions;
   dds::Publisher<msg::Environment> environments_out;
-  dds::Publisher<msg::ObjectGrid> objects_out;
+  std::mutex publishing;
+  std::map<std::string, object_model::KeptMatches> matches;  // of each object
+  wire::ObjectPublisher objects_out;
   dds::Publisher<msg::ModelFile> files_out;
+  std::unique_ptr<RosTopics> ros;
   dds::Subscriber<msg::Perception> perceptions_in;  // last: its thread uses the members above
 };
 

@@ -14,6 +14,7 @@ ModelSettings read_settings(const config::Node& root) {
   root.read("perception_wait_s", wait_s, {.minimum = 0, .maximum = 60});
   s.perception_wait = std::chrono::milliseconds(std::lround(wait_s * 1000));
   root.read("perceptions_kept", s.perceptions_kept, {.minimum = 1, .maximum = 64});
+  root.read("ros_topics", s.ros_topics);
 
   object_model::CarvingSettings& c = s.carving;
   const config::Node carving = root.child("carving");

@@ -15,6 +15,7 @@ struct ModelSettings {
   std::string store_folder;  // empty: default_store_folder()
   std::chrono::milliseconds perception_wait{2000};
   int perceptions_kept = 8;
+  bool ros_topics = true;
   object_model::CarvingSettings carving;
   object_model::GrowthSettings growth;
   object_model::LandmarkSettings landmarks;

@@ -14,6 +14,7 @@ TEST(Settings, DefaultFileHoldsTheDefaults) {
   const ModelSettings code;
   EXPECT_EQ(file.perception_wait, code.perception_wait);
   EXPECT_EQ(file.perceptions_kept, code.perceptions_kept);
+  EXPECT_EQ(file.ros_topics, code.ros_topics);
   EXPECT_EQ(file.carving.margin_voxels, code.carving.margin_voxels);
   EXPECT_EQ(file.carving.gap_px, code.carving.gap_px);
   EXPECT_EQ(file.carving.cautious_share, code.carving.cautious_share);

@@ -12,6 +12,7 @@
 #include "common/dds/codec_impl.h"
 #include "common/service/testing/test_service.h"
 #include "common/wire/common_wire.h"
+#include "common/wire/object_publisher.h"
 #include "common/wire/object_wire.h"
 #include "common/wire/testing/environment_texts.h"
 #include "idl/model.h"
@@ -56,7 +57,7 @@ struct RunningPlanner {
   service::testing::TestService service;
   NbvPlannerService planner;
   dds::Publisher<msg::Environment> environments{service.node(), "periplus/environment", dds::qos_latest()};
-  dds::Publisher<msg::ObjectGrid> objects{service.node(), "periplus/object", dds::qos_latest()};
+  wire::ObjectPublisher objects{service.node()};
   dds::RpcClient<msg::PlanViewRequest, msg::PlanViewReply> client{service.node(), "nbv/plan"};
 };
 
@@ -76,7 +77,7 @@ TEST(NbvPlannerService, AnswersAndRefuses) {
 
   ASSERT_TRUE(environments.publish(room()));
   const Situation s = testing::patch_at_plus_x();
-  ASSERT_TRUE(objects.publish(wire::object_to_wire("block", *s.grid, {})));
+  objects.publish("block", *s.grid);
   dds::RpcResult result;
   for (int i = 0; i < 50; ++i) {  // until both have arrived
     result = ask(request(), reply);
@@ -219,7 +220,7 @@ TEST(NbvPlannerService, QualityOfKnownSurfaceCountsFromTheViewsThatCameWithTheGr
   auto& [service, planner, environments, objects, client] = running;
   ASSERT_TRUE(environments.publish(room()));
   const auto quality = [&](const char* object_id, const std::vector<Pose>& views, Pose& X_WC) {
-    EXPECT_TRUE(objects.publish(wire::object_to_wire(object_id, *s.grid, {}, views)));
+    objects.publish(object_id, *s.grid, {}, views);
     msg::PlanViewRequest q = request();
     q.object_id(object_id);
     msg::PlanViewReply reply;
@@ -272,7 +273,7 @@ TEST(NbvPlannerService, WhatIsHardToReachCosts) {
   RunningPlanner running("nbv_planner_reachability_test", settings);
   auto& [service, planner, environments, objects, client] = running;
   ASSERT_TRUE(environments.publish(room()));
-  ASSERT_TRUE(objects.publish(wire::object_to_wire("block", *testing::patch_at_plus_x().grid, {})));
+  objects.publish("block", *testing::patch_at_plus_x().grid);
   msg::PlanViewReply reply;
   msg::PlanViewRequest q = request();
   const dds::RpcResult result = client.call(q, reply, {.deadline = 60s, .wait_for_server = 10s});
@@ -299,7 +300,7 @@ TEST(NbvPlannerService, NothingLeftToSeeAndNothingThatCanBeReachedAreDifferentAn
   auto& [service, planner, environments, objects, client] = running;
   ASSERT_TRUE(environments.publish(room()));
   const auto answer = [&](const char* object_id, const voxel::OccupancyGrid& grid, msg::PlanViewReply& reply) {
-    EXPECT_TRUE(objects.publish(wire::object_to_wire(object_id, grid, {})));
+    objects.publish(object_id, grid);
     msg::PlanViewRequest q = request();
     q.object_id(object_id);
     dds::RpcResult result;

@@ -184,9 +184,9 @@ bool Client::report_loss(const std::string& run_id, const std::string& what) {
 
 std::vector<std::string> Client::objects() {
   Impl& i = *impl_;
-  dds::Subscriber<msg::ObjectGrid> grids(*i.node, "periplus/object", dds::qos_latest(), [&i](const msg::ObjectGrid& g) {
+  dds::Subscriber<msg::ObjectRevision> revisions(*i.node, "periplus/object", dds::qos_latest(), [&i](const msg::ObjectRevision& r) {
     const std::lock_guard lock(i.mutex);
-    if (i.objects.size() < kMostInstances) i.objects.insert(printable(g.object_id().to_string()));
+    if (i.objects.size() < kMostInstances) i.objects.insert(printable(r.object_id().to_string()));
     i.condition.notify_all();
   });
   std::unique_lock lock(i.mutex);
