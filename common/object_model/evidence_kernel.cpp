@@ -5,11 +5,10 @@
 namespace periplus::object_model {
 namespace {
 
-// Behind the measured depth, noise may have put the surface's voxel [voxels].
-constexpr float kBehind = 0.3f;
 // The least depth around a pixel may lie this far before its own and still be the same, slanted surface [voxels].
 constexpr float kSlant = 2.5f;
-constexpr float kStep = 0.5f;   // [voxels]
+// Steps from the depth towards the camera, none beyond the depth: no ray reaches what lies there [voxels].
+constexpr float kStep = 0.5f, kFirstStep = 0.2f;
 constexpr float kAround = 4;    // points this far outside the grid may speak for voxels in it [voxels]
 constexpr std::int32_t kSurface = 1, kSolid = 2;
 
@@ -75,7 +74,7 @@ PERIPLUS_INLINE void run_body(const GridRays& rays, int x0, int y, const float* 
   for (int i = 0; i < kRun; ++i) nearest[i] = greatest(nearest[i], z[i] - kSlant * r.voxel_m) - r.margin_m;
 
   for (int k = 0; k < kMostSteps; ++k) {
-    const float ahead = (kBehind - kStep * static_cast<float>(k)) * r.voxel_m;
+    const float ahead = least(kStep - kFirstStep - kStep * static_cast<float>(k), 0.0f) * r.voxel_m;
     std::int32_t* const step = out.step[k];
     std::int32_t more = 0;
     for (int i = 0; i < kRun; ++i) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -43,8 +44,8 @@ struct Reference {
           }
         least = std::max(std::min(least, z), z - 2.5 * h) - kMargin * h;
         std::size_t last = ~std::size_t{0};
-        for (int k = 0; z + (0.3 - 0.5 * k) * h > least; ++k) {
-          const Eigen::Vector3d p = origin + ray * (z + (0.3 - 0.5 * k) * h);
+        for (int k = 0; z + std::min(0.3 - 0.5 * k, 0.0) * h > least; ++k) {
+          const Eigen::Vector3d p = origin + ray * (z + std::min(0.3 - 0.5 * k, 0.0) * h);
           if (!inside(p)) continue;
           const std::size_t i = voxel_index(g, p.cast<int>());
           if (i != last) ++counts[i][kind == PixelKind::surface ? 1 : 2];

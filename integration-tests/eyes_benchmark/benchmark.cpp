@@ -233,12 +233,13 @@ class Benchmark {
     row.seconds = now() - begin;
     const voxel::GridGeometry& g = model.grid().geometry();
     const auto [it, fresh] = voxels_.try_emplace({stage.object, voxel_m});
-    if (fresh) it->second = voxel_truth(stage.mesh_W, g, o_.touching_samples, o_.sensor.seed);
+    if (fresh) it->second = {voxel_truth(stage.mesh_W, g, o_.touching_samples, o_.sensor.seed), reached_voxels(shots, g)};
     row.quality.covered_1_5 = covered_share(model.grid(), visible_, 1.5 * voxel_m);
     row.quality.covered_1 = covered_share(model.grid(), visible_, voxel_m);
     const object_model::SurfaceMesh surface = object_model::extract_surface(model.grid(), model.state().tsdf, o_.carving.truncation_voxels * voxel_m);
     row.quality.error = surface_error(surface, *stage.tree, kTable + kTableSkin);
-    count_voxels(model.grid(), it->second, row.quality);
+    count_voxels(model.grid(), it->second.truth, row.quality);
+    row.labels = label_quality(model.grid(), it->second.reached, *stage.tree, shots, perceptions);
     draw_surface(row, surface, shots.front().left);
     result_.models.push_back(std::move(row));
   }
@@ -365,7 +366,12 @@ class Benchmark {
   const std::function<void(const std::string&)>& say_;
   BenchmarkResult result_;
   std::vector<Eigen::Vector3d> visible_;
-  std::map<std::pair<std::string, double>, VoxelTruth> voxels_;
+  // Of an object and a size of voxels; the eyes stand where they do whatever the texture.
+  struct GridTruth {
+    VoxelTruth truth;
+    std::vector<std::uint8_t> reached;
+  };
+  std::map<std::pair<std::string, double>, GridTruth> voxels_;
 };
 
 }  // namespace

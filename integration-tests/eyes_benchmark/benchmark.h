@@ -8,6 +8,7 @@
 
 #include "common/object_model/carving.h"
 #include "integration-tests/eyes_benchmark/feature_measures.h"
+#include "integration-tests/eyes_benchmark/label_measures.h"
 #include "integration-tests/eyes_benchmark/model_measures.h"
 #include "integration-tests/eyes_benchmark/stage.h"
 #include "integration-tests/eyes_benchmark/stereo_measures.h"
@@ -51,6 +52,7 @@ struct ModelRow {
   double voxel_m = 0.01;
   object_model::CarvingMode mode = object_model::CarvingMode::conservative;
   ModelQuality quality;
+  LabelQuality labels;
   double seconds = 0;                       // to integrate six views
 };
 inline constexpr const char* kStereo = "stereo";

@@ -106,6 +106,9 @@ std::vector<Check> check_limits(const BenchmarkResult& result, const std::vector
       limits.at_least(fine, "carved_5mm.bunny.covered", "%", [](const ModelRow& r) { return kPercent * r.quality.covered_1_5; }, 98);
       limits.at_most(fine, "carved_5mm.bunny.error_mean", "mm", [](const ModelRow& r) { return kMillimetres * r.quality.error.mean; }, 1.3);
     }
+    // Labels: exact where depth is; stereo's noise may miss a few voxels.
+    limits.at_most(model(object, "rich", 0.01, kTrueDepth), "labels." + object + ".hidden_by_true_depth", "%", [](const ModelRow& r) { return kPercent * r.labels.hidden_share(); }, 0.1);
+    limits.at_most(clean, "labels." + object + ".missed", "%", [](const ModelRow& r) { return kPercent * r.labels.plain_unknown_share(); }, 1);
     if (object == "mug") {
       limits.at_most(model(object, "own", 0.01), "carved.plain_mug.inside_emptied", "%", [](const ModelRow& r) { return kPercent * r.quality.inside_emptied_share(); }, 0.05);
       limits.at_most(seen(object, "own"), "stereo.plain_mug.textured", "%", [](const StereoRow& r) { return kPercent * r.textured; }, 50);

@@ -36,6 +36,7 @@ BenchmarkResult good() {
     m.quality.error = {0.0019, 0.001, 0.0049, 10};
     m.quality.inside = m.quality.touching = 1000;
     m.quality.touching_emptied = 3;
+    m.labels = {1000, 100, 1000, 9, 0};
     r.models.push_back(m);
     FeatureRow other;
     other.object = object;
@@ -62,6 +63,12 @@ BenchmarkResult good() {
   fine.quality.covered_1_5 = 0.981;
   fine.quality.error.mean = 0.0012;
   r.models.push_back(fine);
+  for (const std::size_t n : {std::size_t{0}, std::size_t{3}}) {
+    ModelRow by_truth = r.models[n];
+    by_truth.source = kTrueDepth;
+    by_truth.labels = {10000, 9, 1000, 0, 0};
+    r.models.push_back(by_truth);
+  }
   ModelRow own = r.models[3];
   own.paint = "own";
   own.quality.inside = 10000;
@@ -113,7 +120,7 @@ TEST(Checks, EachFailsJustBeyond) {
   EXPECT_EQ(with([](auto& r) { r.models[0].quality.touching_emptied = 5; }), "carved.bunny.touching_emptied ");
   EXPECT_EQ(with([](auto& r) { r.models[6].quality.covered_1_5 = 0.979; }), "carved_5mm.bunny.covered ");
   EXPECT_EQ(with([](auto& r) { r.models[6].quality.error.mean = 0.00131; }), "carved_5mm.bunny.error_mean ");
-  EXPECT_EQ(with([](auto& r) { r.models[7].quality.inside_emptied = 6; }), "carved.plain_mug.inside_emptied ");
+  EXPECT_EQ(with([](auto& r) { r.models[9].quality.inside_emptied = 6; }), "carved.plain_mug.inside_emptied ");
   EXPECT_EQ(with([](auto& r) { r.features[1].place.median = 0.0021; }), "features.bunny.place ");
   EXPECT_EQ(with([](auto& r) { r.features[3].turns[1].matches = 102; }), "features.mug.turned_20_right ");
   EXPECT_EQ(with([](auto& r) { r.features[3].turns[1].possible = 241; }), "features.mug.turned_20_found ");
@@ -126,6 +133,8 @@ TEST(Checks, EachFailsJustBeyond) {
   EXPECT_EQ(with([](auto& r) { r.real[1].ours_where_both.bad_2 = 0.021; }), "real.Motorcycle.bad_2_beside_plain ");
   EXPECT_EQ(with([](auto& r) { r.models[1].quality.covered_1_5 = 0.94 * r.models[0].quality.covered_1_5; }), "wrong_disparities.bunny.covered ");
   EXPECT_EQ(with([](auto& r) { r.models[5].quality.error.p95 = 0.021; }), "wrong_pose.mug.error_p95 ");
+  EXPECT_EQ(with([](auto& r) { r.models[7].labels.known_hidden = 11; }), "labels.bunny.hidden_by_true_depth ");
+  EXPECT_EQ(with([](auto& r) { r.models[3].labels.plain_unknown = 11; }), "labels.mug.missed ");
 }
 
 TEST(Checks, TimeIsShownAndDecidesNothing) {
@@ -155,7 +164,7 @@ TEST(Report, HoldsEveryRow) {
   const auto checks = check_limits(r, {"bunny", "mug"}, true, true);
   const auto json = to_json(r, {}, checks, nbv_benchmark::provenance("--check"));
   EXPECT_EQ(json.at("stereo").size(), 3u);
-  EXPECT_EQ(json.at("carved").size(), 8u);
+  EXPECT_EQ(json.at("carved").size(), 10u);
   EXPECT_EQ(json.at("real").at(0).at("ours").at("covered"), 0.8);
   EXPECT_EQ(json.at("checks").size(), checks.size());
   EXPECT_EQ(json.at("features").size(), 4u);

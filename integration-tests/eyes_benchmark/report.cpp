@@ -28,6 +28,10 @@ json of(const ModelQuality& q) {
           {"ghosts", q.ghosts}};
 }
 
+json of(const LabelQuality& q) {
+  return {{"known", q.known}, {"known_hidden", q.known_hidden}, {"plain", q.plain}, {"plain_unknown", q.plain_unknown}, {"plain_emptied", q.plain_emptied}};
+}
+
 void lines(std::string& out, const std::string& prefix, const json& values, const std::string& name = "") {
   for (const auto& [key, value] : values.items()) {
     const std::string measure = name.empty() ? key : name + "." + key;
@@ -74,16 +78,17 @@ std::string model_table(const BenchmarkResult& r, const BenchmarkOptions& o, con
   std::string out = fmt::format(
       "## Carved from six views\n\nCovered: share of the surface that can be seen from around with a known voxel's centre within 1.5 / 1 voxels. Error: of the "
       "model's surface. Emptied: of the voxels with their centre in the object, and of those that its surface passes through. Ghosts: voxels left standing "
-      "wholly outside, of the object's volume (much of it nobody can see). Wrong disparities: {:.0f} % of the matched pixels have any disparity of the range. "
+      "wholly outside, of the object's volume (much of it nobody can see). Hidden: known voxels that no eye's ray reaches before the object stops it, of the known "
+      "ones. Missed: voxels that stay unknown or (the other number) were emptied though an eye saw their surface plainly, ten pixels with a depth within 60° of its normal, of those seen so. Wrong disparities: {:.0f} % of the matched pixels have any disparity of the range. "
       "Wrong pose: the third view stands {:.0f} cm beside where it is said to.\n\n"
-      "| object | texture | voxel, mm | depth by | mode | covered 1.5 / 1, % | error mean / p95, mm | inside emptied | touching emptied, % | ghosts, % | s |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|\n",
+      "| object | texture | voxel, mm | depth by | mode | covered 1.5 / 1, % | error mean / p95, mm | inside emptied | touching emptied, % | ghosts, % | hidden, % | missed unknown / emptied, % | s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       100 * o.wrong_share, 100 * o.wrong_pose_m);
   for (const ModelRow& row : r.models) {
     const ModelQuality& q = row.quality;
-    out += fmt::format("| {} | {} | {:.0f} | {} | {} | {:.1f} / {:.1f} | {:.2f} / {:.2f} | {} of {} | {:.2f} | {:.1f} | {:.2f} |\n", row.object, row.paint, 1000 * row.voxel_m, row.source, to_string(row.mode),
+    out += fmt::format("| {} | {} | {:.0f} | {} | {} | {:.1f} / {:.1f} | {:.2f} / {:.2f} | {} of {} | {:.2f} | {:.1f} | {:.2f} | {:.2f} / {:.2f} | {:.2f} |\n", row.object, row.paint, 1000 * row.voxel_m, row.source, to_string(row.mode),
                        100 * q.covered_1_5, 100 * q.covered_1, 1000 * q.error.mean, 1000 * q.error.p95, q.inside_emptied, q.inside, 100 * q.touching_emptied_share(),
-                       100 * q.ghosts, row.seconds);
+                       100 * q.ghosts, 100 * row.labels.hidden_share(), 100 * row.labels.plain_unknown_share(), 100 * row.labels.plain_emptied_share(), row.seconds);
   }
   if (pictures.empty()) return out;
   out += "\nThe model's surface from the first view, and its error along the optical axis:\n\n";
@@ -212,7 +217,7 @@ json to_json(const BenchmarkResult& r, const BenchmarkOptions& o, const std::vec
                            {"seconds", {{"pair", row.seconds}, {"processor", row.processor_seconds}, {"plain", row.plain_seconds}, {"steps", steps}}}});
   }
   for (const ModelRow& row : r.models)
-    j["carved"].push_back({{"object", row.object}, {"texture", row.paint}, {"voxel_m", row.voxel_m}, {"source", row.source}, {"mode", to_string(row.mode)}, {"quality", of(row.quality)}, {"seconds", row.seconds}});
+    j["carved"].push_back({{"object", row.object}, {"texture", row.paint}, {"voxel_m", row.voxel_m}, {"source", row.source}, {"mode", to_string(row.mode)}, {"quality", of(row.quality)}, {"labels", of(row.labels)}, {"seconds", row.seconds}});
   for (const FeatureRow& row : r.features) {
     json turns = json::array();
     for (const MatchQuality& q : row.turns) turns.push_back(of(q));
@@ -250,8 +255,11 @@ std::string to_csv(const BenchmarkResult& r) {
     lines(out, head + "plain,", {{"seconds", row.plain_seconds}});
     lines(out, head + "filled,", of(row.filled));
   }
-  for (const ModelRow& row : r.models)
-    lines(out, fmt::format("carved,{},{},{},\"{}, {}\",", row.object, row.paint, row.voxel_m, row.source, to_string(row.mode)), of(row.quality));
+  for (const ModelRow& row : r.models) {
+    const std::string head = fmt::format("carved,{},{},{},\"{}, {}\",", row.object, row.paint, row.voxel_m, row.source, to_string(row.mode));
+    lines(out, head, of(row.quality));
+    lines(out, head, of(row.labels), "labels");
+  }
   for (const FeatureRow& row : r.features) {
     const std::string head = fmt::format("features,{},rich,,{} {},", row.object, row.detector, row.selection);
     lines(out, head, {{"features", row.features}, {"place_m", of(row.place)}, {"landmarks", of(row.landmarks)}, {"seconds", row.seconds}});
