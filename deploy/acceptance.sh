@@ -81,12 +81,12 @@ result() {
   [ "$status" = 0 ] || [ "$status" = 3 ] || return 0
   field "[l['pose_world_camera'] for l in r['looks']], r['model_digest'] if len(r['model_digest']) == 64 and r['views'] >= 3 else 1 / 0"
 }
-# benchmark_ms FILE NAME: of a Google Benchmark report in milliseconds; nothing where it was skipped
+# benchmark_ms FILE NAME: of a Google Benchmark report in milliseconds, wall time where it works on several threads; nothing where it was skipped
 benchmark_ms() {
   python3 -c '
 import json, sys
 for b in json.load(open(sys.argv[1]))["benchmarks"]:
-    if b["name"].startswith(sys.argv[2]) and not b.get("error_occurred"): print(round(b["cpu_time"], 4)); break' "$1" "$2" 2>/dev/null
+    if b["name"].startswith(sys.argv[2]) and not b.get("error_occurred"): print(round(b["real_time" if b["name"].endswith("/real_time") else "cpu_time"], 4)); break' "$1" "$2" 2>/dev/null
 }
 # search_value SIZE METHOD KEY of search_bench's report
 search_value() { python3 -c 'import json, sys; print(round(json.load(open(sys.argv[1]))["methods"][sys.argv[2]][sys.argv[3]], 4))' "$work/search_$1.json" "$2" "$3" 2>/dev/null; }

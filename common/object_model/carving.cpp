@@ -2,10 +2,12 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/object_model/carving_kernel.h"
@@ -23,7 +25,6 @@ void in_range(double value, double minimum, double maximum, const char* name) {
 }
 
 constexpr double kDepthRounding = 1e-5;   // of depths in single precision [m]
-constexpr int kGreatestLevel = 6;         // squares of 64 pixels
 
 // Gaps of at most `gap_px` take the least of the four neighbours, if all four are near enough.
 void close_gaps(ImageF& limit, int gap_px) {
@@ -164,49 +165,80 @@ PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometr
   return out;
 }
 
-std::vector<std::uint64_t> seen_through(const voxel::OccupancyGrid& grid, const Pinhole& camera, const Pose& X_WC, const ImageF& limit,
-                                        double margin_voxels, voxel::Simd simd) {
-  require(limit.width == camera.width && limit.height == camera.height && limit.channels == 1, ErrorCode::bad_size,
-          "the limits of pixels must have the size of the camera's image");
-  const voxel::GridGeometry& g = grid.geometry();
-  const double margin = margin_voxels * g.voxel_size;
-  std::vector<std::uint64_t> plane(grid.occupied().size(), 0);
-  const GridProjection projection(camera, X_WC, g);
-  const BlockRange blocks(limit);
-  SquareMinimum squares(limit);
-  const Eigen::Vector3i nb = g.bricks();
+struct SeenThrough::Impl {
+  Impl(const voxel::OccupancyGrid& g, const Pinhole& camera, const Pose& X_WC, const ImageF& limit, double margin_voxels, voxel::Simd instructions)
+      : grid(g), projection(camera, X_WC, g.geometry()), blocks(limit), squares(limit), margin(margin_voxels * g.geometry().voxel_size), simd(instructions) {}
+
+  // The bricks of one bx.
+  void slab(int bx, std::uint64_t* plane);
+
+  const voxel::OccupancyGrid& grid;
+  const GridProjection projection;
+  const BlockRange blocks;
+  SquareMinimum squares;
+  const double margin;  // [m]
+  const voxel::Simd simd;
+  std::atomic<int> next_slab{0};
+};
+
+void SeenThrough::Impl::slab(int bx, std::uint64_t* plane) {
+  const Eigen::Vector3i nb = grid.geometry().bricks();
   LayerRectangles rectangles;
-  std::size_t word = 0;
-  for (int bx = 0; bx < nb.x(); ++bx) {
-    for (int by = 0; by < nb.y(); ++by) {
-      for (int bz = 0; bz < nb.z(); ++bz, word += 8) {
-        std::uint64_t candidates[8], any = 0;
-        for (int x = 0; x < 8; ++x) any |= candidates[x] = grid.occupied()[word + x] & ~grid.environment()[word + x];
-        if (any == 0) continue;
-        // All of the brick at once: nothing of it, or all, may be seen through.
-        const BrickView view(projection, bx, by, bz);
-        if (view.out_of_view) continue;
-        if (view.in_front) {
-          float least, greatest;
-          blocks.range(view.x0, view.y0, view.x1, view.y1, least, greatest);
-          // Its voxels' centres lie half a voxel from its nearest and farthest corner.
-          if (greatest <= view.near + projection.half + margin) continue;
-          if (view.inside && least > view.far - projection.half + margin + kDepthRounding) {
-            std::copy_n(candidates, 8, &plane[word]);
-            continue;
-          }
+  PlaneCorners corners[2];  // of planes x and x + 1, by their parity
+  std::size_t word = static_cast<std::size_t>(bx) * nb.y() * nb.z() * 8;
+  for (int by = 0; by < nb.y(); ++by) {
+    for (int bz = 0; bz < nb.z(); ++bz, word += 8) {
+      std::uint64_t candidates[8], any = 0;
+      for (int x = 0; x < 8; ++x) any |= candidates[x] = grid.occupied()[word + x] & ~grid.environment()[word + x];
+      if (any == 0) continue;
+      // All of the brick at once: nothing of it, or all, may be seen through.
+      const BrickView view(projection, bx, by, bz);
+      if (view.out_of_view) continue;
+      if (view.in_front) {
+        float least, greatest;
+        blocks.range(view.x0, view.y0, view.x1, view.y1, least, greatest);
+        // Its voxels' centres lie half a voxel from its nearest and farthest corner.
+        if (greatest <= view.near + projection.half + margin) continue;
+        if (view.inside && least > view.far - projection.half + margin + kDepthRounding) {
+          std::copy_n(candidates, 8, &plane[word]);
+          continue;
         }
-        for (int x = 0; x < 8; ++x) {
-          if (candidates[x] == 0) continue;
-          layer_rectangles(projection.camera, 8 * bx + x, 8 * by, 8 * bz, rectangles, simd);
-          if (rectangles.shortest == 0) continue;
-          const int level = std::min(static_cast<int>(std::bit_width(static_cast<unsigned>(rectangles.shortest))) - 1, kGreatestLevel);
-          plane[word + x] = candidates[x] & layer_seen_through(rectangles, squares.level(level).data(), camera.width, 1 << level, static_cast<float>(margin), simd);
-        }
+      }
+      int plane_known = -1;
+      for (int x = 0; x < 8; ++x) {
+        if (candidates[x] == 0) continue;
+        if (plane_known != x) plane_corners(projection.camera, 8 * bx + x, 8 * by, 8 * bz, corners[x & 1], simd);
+        plane_known = x + 1;
+        plane_corners(projection.camera, 8 * bx + x + 1, 8 * by, 8 * bz, corners[plane_known & 1], simd);
+        layer_rectangles(projection.camera, 8 * bx + x, 8 * by, 8 * bz, corners[x & 1], corners[plane_known & 1], rectangles, simd);
+        if (rectangles.shortest == 0) continue;
+        const int level = std::min(static_cast<int>(std::bit_width(static_cast<unsigned>(rectangles.shortest))) - 1, SquareMinimum::kGreatestLevel);
+        plane[word + x] = candidates[x] & layer_seen_through(rectangles, squares.level(level).data(), projection.camera.width, 1 << level, static_cast<float>(margin), simd);
       }
     }
   }
-  return plane;
+}
+
+SeenThrough::SeenThrough(const voxel::OccupancyGrid& grid, const Pinhole& camera, const Pose& X_WC, const ImageF& limit, double margin_voxels,
+                         voxel::Simd simd) {
+  require(limit.width == camera.width && limit.height == camera.height && limit.channels == 1, ErrorCode::bad_size,
+          "the limits of pixels must have the size of the camera's image");
+  plane.assign(grid.occupied().size(), 0);
+  impl_ = std::make_unique<Impl>(grid, camera, X_WC, limit, margin_voxels, voxel::resolve(simd));
+}
+
+SeenThrough::~SeenThrough() = default;
+
+void SeenThrough::work() {
+  const int slabs = impl_->grid.geometry().bricks().x();
+  for (int bx = impl_->next_slab++; bx < slabs; bx = impl_->next_slab++) impl_->slab(bx, plane.data());
+}
+
+std::vector<std::uint64_t> seen_through(const voxel::OccupancyGrid& grid, const Pinhole& camera, const Pose& X_WC, const ImageF& limit,
+                                        double margin_voxels, voxel::Simd simd) {
+  SeenThrough carving(grid, camera, X_WC, limit, margin_voxels, simd);
+  carving.work();
+  return std::move(carving.plane);
 }
 
 }  // namespace periplus::object_model

@@ -16,6 +16,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "common/geometry/image.h"
@@ -97,5 +98,21 @@ PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometr
 // Throws Error(bad_size) if the limits do not fit the camera.
 std::vector<std::uint64_t> seen_through(const voxel::OccupancyGrid& grid, const Pinhole& camera, const Pose& X_WC, const ImageF& limit,
                                         double margin_voxels, voxel::Simd simd = voxel::Simd::best);
+
+// The same in pieces, for several threads at a time: each works until nothing is left to do, and the last one's end completes the plane.
+class SeenThrough {
+ public:
+  // What is handed over stays the caller's. Throws Error(bad_size) if the limits do not fit the camera.
+  SeenThrough(const voxel::OccupancyGrid& grid, const Pinhole& camera, const Pose& X_WC, const ImageF& limit, double margin_voxels,
+              voxel::Simd simd = voxel::Simd::best);
+  ~SeenThrough();
+  void work();
+
+  std::vector<std::uint64_t> plane;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace periplus::object_model

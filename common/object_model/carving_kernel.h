@@ -15,6 +15,15 @@ struct GridCamera {
 };
 
 constexpr int kLayer = 64;  // voxels (x, y0 .. y0 + 7, z0 .. z0 + 7), z fastest
+constexpr int kPlane = 72;  // corners (x, y0 .. y0 + 8, z0 .. z0 + 7), z fastest, each with the next along z
+
+// What the voxels of two layers share: the corners between them.
+struct PlaneCorners {
+  float u0[kPlane], u1[kPlane], v0[kPlane], v1[kPlane];  // least and greatest of the two corners [px]
+  float near[kPlane];                                    // least depth of the two [m]
+};
+
+void plane_corners(const GridCamera& camera, int x, int y0, int z0, PlaneCorners& out, voxel::Simd simd);
 
 // Rectangles of pixels around the voxels' projections, both ends included, widened by what rounding may take.
 struct LayerRectangles {
@@ -24,7 +33,9 @@ struct LayerRectangles {
   std::int32_t shortest, longest_x, longest_y;  // sides over those inside [px]; shortest is 0 if none is
 };
 
-void layer_rectangles(const GridCamera& camera, int x, int y0, int z0, LayerRectangles& out, voxel::Simd simd);
+// `lower`, `upper`: the corners of planes x and x + 1.
+void layer_rectangles(const GridCamera& camera, int x, int y0, int z0, const PlaneCorners& lower, const PlaneCorners& upper, LayerRectangles& out,
+                      voxel::Simd simd);
 
 // Bit i: voxel i is inside and every pixel of its rectangle is more than `margin` [m] behind its centre. `squares`: least values over squares
 // of `side` pixels by upper left corner, rows of `width` (SquareMinimum); side <= rectangles.shortest.

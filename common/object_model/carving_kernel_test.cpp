@@ -22,9 +22,16 @@ GridCamera camera_at(double depth) {
 }
 
 // Voxel (0, y, z) from x = 0 on: its near face is the larger one.
+void rectangles(const GridCamera& camera, int x, int y, int z, LayerRectangles& out, voxel::Simd simd) {
+  PlaneCorners lower, upper;
+  plane_corners(camera, x, y, z, lower, simd);
+  plane_corners(camera, x + 1, y, z, upper, simd);
+  layer_rectangles(camera, x, y, z, lower, upper, out, simd);
+}
+
 TEST(CarvingKernel, RectanglesAreThoseOfTheClosedForm) {
   LayerRectangles r;
-  layer_rectangles(camera_at(1), 0, 0, 0, r, voxel::Simd::portable);
+  rectangles(camera_at(1), 0, 0, 0, r, voxel::Simd::portable);
   for (int i = 0; i < kLayer; ++i) {
     const int y = i >> 3, z = i & 7;
     const double near = 1 + 0.01 * z, far = near + 0.01;
@@ -37,13 +44,13 @@ TEST(CarvingKernel, RectanglesAreThoseOfTheClosedForm) {
     EXPECT_GE(r.depth[i], near + 0.005 - 1e-7);
   }
   EXPECT_EQ(r.shortest, 4);
-  layer_rectangles(camera_at(-2), 0, 0, 0, r, voxel::Simd::portable);  // behind the camera
+  rectangles(camera_at(-2), 0, 0, 0, r, voxel::Simd::portable);  // behind the camera
   EXPECT_EQ(r.shortest, 0);
 }
 
 TEST(CarvingKernel, EveryPixelOfTheRectangleMustLieBehind) {
   LayerRectangles r;
-  layer_rectangles(camera_at(1), 0, 0, 0, r, voxel::Simd::portable);
+  rectangles(camera_at(1), 0, 0, 0, r, voxel::Simd::portable);
   for (const int side : {1, 2, 4}) {
     std::vector<float> squares(320 * 240, 2.0f);
     EXPECT_EQ(layer_seen_through(r, squares.data(), 320, side, 0.01f, voxel::Simd::portable), ~0ull);
@@ -72,10 +79,10 @@ TEST(CarvingKernel, EveryInstructionSetGivesTheSameBits) {
     }
     LayerRectangles expected, found;
     const int x = random.below(20), y = random.below(20), z = random.below(30);
-    layer_rectangles(c, x, y, z, expected, voxel::Simd::portable);
+    rectangles(c, x, y, z, expected, voxel::Simd::portable);
     for (const voxel::Simd simd : {voxel::Simd::avx2, voxel::Simd::avx512, voxel::Simd::avx512_popcnt}) {
       if (!voxel::has_simd(simd)) continue;
-      layer_rectangles(c, x, y, z, found, simd);
+      rectangles(c, x, y, z, found, simd);
       EXPECT_EQ(std::memcmp(&found, &expected, sizeof found), 0);
       if (expected.shortest == 0) continue;
       EXPECT_EQ(layer_seen_through(expected, squares.data(), 320, 1, 0.01f, simd), layer_seen_through(expected, squares.data(), 320, 1, 0.01f, voxel::Simd::portable));

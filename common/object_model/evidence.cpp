@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <future>
 #include <limits>
 
 #include "common/core/error.h"
@@ -22,24 +23,18 @@ class Counting {
   explicit Counting(voxel::BrickField<EvidenceBrick>& bricks) : bricks_(&bricks) {}
 
   template <class Add>
-  void run(const std::int32_t* codes, Add&& add) {
-    std::int32_t code = -1;
-    int n = 0;
-    for (int i = 0; i < kRun; ++i) {
-      if (codes[i] == code) {
-        ++n;
-        continue;
-      }
-      if (code >= 0) add(brick(code), code >> 1 & (voxel::kBrickVoxels - 1), code & 1, n);
-      code = codes[i];
-      n = 1;
+  void run(const std::int32_t* codes, std::uint64_t changes, Add&& add) {
+    for (int begin = 0; begin < kRun;) {
+      changes &= changes - 1;
+      const int end = changes != 0 ? std::countr_zero(changes) : kRun;
+      if (const std::int32_t code = codes[begin]; code >= 0) add(brick(code), code >> 1 & (voxel::kBrickVoxels - 1), code & 1, end - begin);
+      begin = end;
     }
-    if (code >= 0) add(brick(code), code >> 1 & (voxel::kBrickVoxels - 1), code & 1, n);
   }
 
  private:
   EvidenceBrick& brick(std::int32_t code) {
-    const std::int32_t b = code / (2 * voxel::kBrickVoxels);
+    const std::int32_t b = code >> 10;
     if (b != last_) {
       found_ = &bricks_->hold(static_cast<std::size_t>(b));
       last_ = b;
@@ -114,9 +109,9 @@ void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::Gri
       if (any == 0) continue;
       run_voxels(rays, x0, y, depth, kind, voxels, simd);
       if (voxels.steps == 0) continue;
-      counting.run(voxels.point, [](EvidenceBrick& b, int i, int, int times) { count(b.points[static_cast<std::size_t>(i)], times); });
+      counting.run(voxels.point, voxels.point_changes, [](EvidenceBrick& b, int i, int, int times) { count(b.points[static_cast<std::size_t>(i)], times); });
       for (int k = 0; k < voxels.steps; ++k)
-        counting.run(voxels.step[k], [](EvidenceBrick& b, int i, int solid, int times) { count((solid ? b.solid : b.seen)[static_cast<std::size_t>(i)], times); });
+        counting.run(voxels.step[k], voxels.step_changes[k], [](EvidenceBrick& b, int i, int solid, int times) { count((solid ? b.solid : b.seen)[static_cast<std::size_t>(i)], times); });
     }
   }
 }
@@ -124,7 +119,8 @@ void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::Gri
 void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::OccupancyGrid& grid, Evidence& evidence) {
   for (std::size_t word = 0; word < plane.size(); ++word) {
     std::uint64_t empty = plane[word];
-    if (votes > 1 && empty != 0) {
+    if (empty == 0) continue;
+    if (votes > 1) {
       EvidenceBrick& brick = evidence.bricks().hold(word / 8);
       for (std::uint64_t bits = empty; bits; bits &= bits - 1) {
         const int b = std::countr_zero(bits);
@@ -137,6 +133,15 @@ void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::Occ
     grid.known()[word] &= ~empty;
     grid.environment()[word] &= ~empty;
   }
+}
+
+void carve_and_count(const DepthMap& map, const PixelLimits& limits, double margin_voxels, int votes, voxel::OccupancyGrid& grid, Evidence& evidence) {
+  SeenThrough carving(grid, map.camera, map.X_WC, limits.limit, margin_voxels);
+  auto other = std::async(std::launch::async, [&] { carving.work(); });
+  add_points(map, limits, grid.geometry(), margin_voxels, evidence);
+  carving.work();
+  other.get();
+  empty_voxels(carving.plane, votes, grid, evidence);
 }
 
 void label(const std::vector<std::uint64_t>& environment, const CarvingSettings& settings, const Evidence& evidence,

@@ -10,6 +10,7 @@ constexpr float kSlant = 2.5f;
 // Steps from the depth towards the camera, none beyond the depth: no ray reaches what lies there [voxels].
 constexpr float kStep = 0.5f, kFirstStep = 0.2f;
 constexpr float kAround = 4;    // points this far outside the grid may speak for voxels in it [voxels]
+constexpr std::int32_t kFewRadii = 3;
 constexpr std::int32_t kSurface = 1, kSolid = 2;
 
 PERIPLUS_INLINE float least(float a, float b) { return a < b ? a : b; }
@@ -27,6 +28,14 @@ PERIPLUS_INLINE Voxel voxel_at(const GridRays& r, float x, float y, float z) {
   const std::int32_t i = static_cast<std::int32_t>(in != 0 ? x : 0.0f), j = static_cast<std::int32_t>(in != 0 ? y : 0.0f), k = static_cast<std::int32_t>(in != 0 ? z : 0.0f);
   return {in, (((i >> 3) * r.bricks[1] + (j >> 3)) * r.bricks[2] + (k >> 3)) * 512 + (i & 7) * 64 + (j & 7) * 8 + (k & 7)};
 }
+
+PERIPLUS_INLINE std::uint64_t changes_in(const std::int32_t* codes) {
+  std::uint32_t lower = 1, upper = 0;
+  for (int i = 1; i < 32; ++i) lower |= static_cast<std::uint32_t>(codes[i] != codes[i - 1]) << i;
+  for (int i = 0; i < 32; ++i) upper |= static_cast<std::uint32_t>(codes[32 + i] != codes[31 + i]) << i;
+  return static_cast<std::uint64_t>(upper) << 32 | lower;
+}
+static_assert(kRun == 64);
 
 PERIPLUS_INLINE void run_body(const GridRays& rays, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out) {
   const GridRays r = rays;  // where no store can change it
@@ -53,6 +62,7 @@ PERIPLUS_INLINE void run_body(const GridRays& rays, int x0, int y, const float* 
   }
   out.steps = 0;
   if (any == 0) return;
+  out.point_changes = changes_in(out.point);
 
   // Least depth within a voxel's projection about the pixel: what has kept such a voxel from being emptied.
   const float widest = static_cast<float>(r.width > r.height ? r.width : r.height);
@@ -62,12 +72,35 @@ PERIPLUS_INLINE void run_body(const GridRays& rays, int x0, int y, const float* 
     last[i] = -1;
     radius[i] = static_cast<std::int32_t>(least(greatest(r.focal_px * r.voxel_m / z[i], 1.0f), widest));
   }
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int i = 0; i < kRun; ++i) row[i] = clamped(y + dy * radius[i], r.height - 1) * r.width;
-    for (int dx = -1; dx <= 1; ++dx) {
-      for (int i = 0; i < kRun; ++i) {
-        const float m = r.minimum[row[i] + clamped(x0 + i + dx * radius[i], r.width - 1)];
-        nearest[i] = m > 0 ? least(nearest[i], m) : nearest[i];
+  // Where few radii occur and no window leaves the rows' ends, the pixels of a window stand beside each other.
+  std::int32_t smallest = 1 << 30, largest = 0;
+  for (int i = 0; i < kRun; ++i) {
+    smallest = smallest < radius[i] || speaks[i] == 0 ? smallest : radius[i];
+    largest = largest > radius[i] || speaks[i] == 0 ? largest : radius[i];
+  }
+  if (largest - smallest < kFewRadii && x0 - largest >= 0 && x0 + kRun + largest <= r.width) {
+    for (std::int32_t of = smallest; of <= largest; ++of) {
+      float around[kRun];
+      for (int i = 0; i < kRun; ++i) around[i] = z[i];
+      for (int dy = -1; dy <= 1; ++dy) {
+        const float* beside = r.minimum + clamped(y + dy * of, r.height - 1) * r.width + x0;
+        for (int dx = -1; dx <= 1; ++dx) {
+          for (int i = 0; i < kRun; ++i) {
+            const float m = beside[i + dx * of];
+            around[i] = m > 0 ? least(around[i], m) : around[i];
+          }
+        }
+      }
+      for (int i = 0; i < kRun; ++i) nearest[i] = radius[i] == of ? around[i] : nearest[i];
+    }
+  } else {
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int i = 0; i < kRun; ++i) row[i] = clamped(y + dy * radius[i], r.height - 1) * r.width;
+      for (int dx = -1; dx <= 1; ++dx) {
+        for (int i = 0; i < kRun; ++i) {
+          const float m = r.minimum[row[i] + clamped(x0 + i + dx * radius[i], r.width - 1)];
+          nearest[i] = m > 0 ? least(nearest[i], m) : nearest[i];
+        }
       }
     }
   }
@@ -90,6 +123,7 @@ PERIPLUS_INLINE void run_body(const GridRays& rays, int x0, int y, const float* 
       last[i] = (code & in) | (last[i] & ~in);
     }
     if (more == 0) break;
+    out.step_changes[k] = changes_in(step);
     out.steps = k + 1;
   }
 }

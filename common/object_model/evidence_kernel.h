@@ -24,6 +24,8 @@ constexpr int kMostSteps = 32;  // along a ray
 struct RunVoxels {
   std::int32_t point[kRun];              // the voxel that the depth's point lies in; none for known solids
   std::int32_t step[kMostSteps][kRun];   // those on the ray closely before it, one for each step away from the point, none twice
+  // A bit for each code that is another than the one before it; the first is.
+  std::uint64_t point_changes, step_changes[kMostSteps];
   int steps;
 };
 

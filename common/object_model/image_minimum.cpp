@@ -6,20 +6,21 @@
 namespace periplus::object_model {
 
 const std::vector<float>& SquareMinimum::level(int level) {
-  if (levels_.empty()) levels_.push_back(image_->data);
-  while (static_cast<int>(levels_.size()) <= level) {
-    const std::vector<float>& from = levels_.back();
-    const int half = 1 << (levels_.size() - 1);
-    std::vector<float> to(from.size(), 0.0f);
+  if (level == 0) return image_->data;
+  Level& made = levels_[static_cast<std::size_t>(level - 1)];
+  std::call_once(made.made, [&] {
+    const std::vector<float>& from = this->level(level - 1);
+    const int half = 1 << (level - 1);
+    std::vector<float>& to = made.least;
+    to.assign(from.size(), 0.0f);
     for (int y = 0; y + 2 * half <= height_; ++y) {
       const float* a = &from[static_cast<std::size_t>(y) * width_];
       const float* b = &from[static_cast<std::size_t>(y + half) * width_];
       float* out = &to[static_cast<std::size_t>(y) * width_];
       for (int x = 0; x + 2 * half <= width_; ++x) out[x] = std::min(std::min(a[x], a[x + half]), std::min(b[x], b[x + half]));
     }
-    levels_.push_back(std::move(to));
-  }
-  return levels_[static_cast<std::size_t>(level)];
+  });
+  return made.least;
 }
 
 BlockRange::BlockRange(const ImageF& image) : columns_((image.width + kSide - 1) / kSide) {

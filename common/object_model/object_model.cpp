@@ -205,10 +205,11 @@ Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& sur
     fault_point(left ? "model.left.limited" : "model.right.limited");
     if (probabilistic)
       state_.log_odds.integrate(map, limits, view->rig.camera.fx * view->rig.baseline, rule, settings);
+    fault_point(left ? "model.left.weighed" : "model.right.weighed");
+    if (probabilistic)
+      add_points(map, limits, g, rule.margin_voxels, state_.evidence);
     else
-      empty_voxels(seen_through(state_.grid, map.camera, map.X_WC, limits.limit, rule.margin_voxels), rule.votes, state_.grid, state_.evidence);
-    fault_point(left ? "model.left.carved" : "model.right.carved");
-    add_points(map, limits, g, rule.margin_voxels, state_.evidence);
+      carve_and_count(map, limits, rule.margin_voxels, rule.votes, state_.grid, state_.evidence);
     fault_point(left ? "model.left.counted" : "model.right.counted");
     // The colours are the left eye's.
     state_.tsdf.integrate(map, limits, left ? view->color : ImageU8{}, settings.truncation_voxels * g.voxel_size);
