@@ -4,10 +4,13 @@
 // Without the box it takes minutes and 14 GB. `times_octomap`: how often ours fits into OctoMap's time
 // in this run. Each turn begins with the grid as the first look left it: the work of a second look.
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 #include <octomap/octomap.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <map>
 
 #include "common/object_model/evidence.h"
@@ -154,6 +157,38 @@ void octomap_insert_point_cloud(benchmark::State& state) {
   }
 }
 
+double resident_mb() {
+  std::ifstream statm("/proc/self/statm");
+  double pages = 0, resident = 0;
+  statm >> pages >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+// What a model adds to the process: begun, and with six views of a sphere of 0.3 of its box (`views_mb` of it are pictures and depth maps, kept of
+// each view whatever the grid); beside it what evidence and signed distances of every voxel would take.
+void memory(benchmark::State& state) {
+  const int cells = static_cast<int>(state.range(0));
+  const testing::Sphere sphere;
+  for (auto _ : state) {
+    const double before = resident_mb();
+    ObjectModel model("sphere", testing::box_around(sphere), 0.5 / cells, {});
+    state.counters["begun_mb"] = resident_mb() - before;
+    double views = 0;
+    for (int n = 0; n < 6; ++n) {
+      model.integrate(testing::ideal_view(sphere, n, 6, 640, 480), {}, {});
+      const View& v = *model.state().views.back();
+      views += static_cast<double>(v.color.data.size());
+      for (const StoredDepth& d : v.depth) views += 2.0 * static_cast<double>(d.depth.data.size() + d.minimum.data.size());
+    }
+    malloc_trim(0);
+    state.counters["six_views_mb"] = resident_mb() - before;
+    state.counters["views_mb"] = views / 1e6;
+    state.counters["every_voxel_mb"] = std::pow(cells, 3) * (7 + sizeof(TsdfSample)) / 1e6;
+    state.counters["evidence_bricks"] = static_cast<double>(model.state().evidence.bricks().held());
+    state.counters["tsdf_bricks"] = static_cast<double>(model.state().tsdf.bricks().held());
+  }
+}
+
 BENCHMARK(depth_into_grid)->ArgName("cells")->Arg(64)->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(carving_alone, avx512, voxel::Simd::avx512)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(carving_alone, avx2, voxel::Simd::avx2)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
@@ -162,6 +197,7 @@ BENCHMARK(limits_alone)->ArgName("cells")->Arg(128)->Unit(benchmark::kMillisecon
 BENCHMARK(points_alone)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
 BENCHMARK(labels)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
 BENCHMARK(naive)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
+BENCHMARK(memory)->ArgName("cells")->Arg(128)->Arg(256)->Iterations(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(octomap_insert_point_cloud)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
 
 }  // namespace
