@@ -1,23 +1,30 @@
-// What the model server sends of an object, and how soon who comes late has it.
+// What the model server sends of an object, how soon who comes late has it, and what its landmarks take.
 //
 // `views`: a sphere of 0.3 m in a box of 0.5 m, carved from twelve views of 320x240; time to split and pack the chunks of all twelve.
 // `kB_view`: sent for a view on average; beside it `kB_all`, all chunks of the last revision, and `kB_planes`, its planes as they lie in
 // memory, which is what one sample of the whole grid takes.
 // `late`: from the subscription of a reader in another node until it holds the whole of the last revision. `one_sample` does the same with
 // its planes in one sample of the same quality of service.
+//
+// `landmarks`: of views with 300 features each, 240 of them of spots that all views see; `anew` matches all pairs of views, `kept` those of
+// the last view with the others.
 #include <benchmark/benchmark.h>
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "common/core/random.h"
 #include "common/dds/codec_impl.h"
 #include "common/dds/testing/eventually.h"
 #include "common/dds/testing/test_domain.h"
+#include "common/object_model/landmarks.h"
 #include "common/object_model/testing/sphere_views.h"
 #include "common/wire/knowledge.h"
 #include "common/wire/object_publisher.h"
@@ -121,6 +128,51 @@ void one_sample(benchmark::State& state, const char* writer, const char* reader)
   });
 }
 
+std::vector<std::shared_ptr<const object_model::View>> views_of_spots(int count) {
+  Random random(1);
+  std::vector<object_model::Feature> spots(240);
+  const auto draw = [&](object_model::Feature& f) {
+    f.p_W = {random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(0.8, 1.2)};
+    f.normal_W = {0, 0, 1};
+    f.size_m = 0.006;
+    f.descriptor.resize(128);
+    for (auto& octet : f.descriptor) octet = static_cast<std::uint8_t>(random.below(90));
+  };
+  for (object_model::Feature& f : spots) draw(f);
+  std::vector<std::shared_ptr<const object_model::View>> out;
+  for (int n = 0; n < count; ++n) {
+    object_model::View view;
+    view.X_WC = look_at({0.3 * std::cos(n), 0.3 * std::sin(n), 2}, {0, 0, 1});
+    view.features = spots;
+    view.features.resize(300);
+    for (std::size_t f = 0; f < view.features.size(); ++f) {
+      if (f >= spots.size()) draw(view.features[f]);
+      view.features[f].u = static_cast<float>(f);
+      view.features[f].size = 4;
+    }
+    out.push_back(std::make_shared<const object_model::View>(std::move(view)));
+  }
+  return out;
+}
+
+void landmarks_anew(benchmark::State& state) {
+  const auto views = views_of_spots(static_cast<int>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(object_model::merge_landmarks(views));
+}
+
+void landmarks_kept(benchmark::State& state) {
+  const auto views = views_of_spots(static_cast<int>(state.range(0)));
+  for (auto _ : state) {
+    state.PauseTiming();
+    object_model::KeptMatches kept;
+    object_model::merge_landmarks(std::span(views).first(views.size() - 1), {}, &kept);
+    state.ResumeTiming();
+    benchmark::DoNotOptimize(object_model::merge_landmarks(views, {}, &kept));
+  }
+}
+
+BENCHMARK(landmarks_anew)->ArgName("views")->Arg(12)->Arg(24)->Unit(benchmark::kMillisecond);
+BENCHMARK(landmarks_kept)->ArgName("views")->Arg(12)->Arg(24)->Unit(benchmark::kMillisecond);
 BENCHMARK(views)->ArgName("cells")->Arg(64)->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
 #define LATE(what, from, to) \
   BENCHMARK_CAPTURE(what, from##_to_##to, #from, #to)->ArgName("cells")->Arg(128)->Arg(256)->UseManualTime()->Iterations(3)->Unit(benchmark::kMillisecond)
