@@ -193,6 +193,19 @@ TEST(ObjectAssembler, PublishedAgainOrBegunAnewIsGivenAgain) {
   EXPECT_EQ(lower[0]->grid->revision, 0u);
 }
 
+TEST(ObjectAssembler, WhatAWholeRevisionReplacedIsNotKept) {
+  voxel::OccupancyGrid grid = random_grid({140, 66, 82}, 1, 1);
+  ObjectSplitter splitter;
+  ObjectAssembler assembler;
+  const ObjectOnWire first = splitter.split("bunny", grid);
+  ASSERT_EQ(take(assembler, samples(first)).size(), 1u);
+  change(grid, 20000, 2);
+  grid.revision = 2;
+  ASSERT_EQ(take(assembler, samples(splitter.split("bunny", grid))).size(), 1u);
+  EXPECT_TRUE(take(assembler, {first.revision}).empty());
+  EXPECT_EQ(take(assembler, {first.chunks.begin(), first.chunks.end()}).size(), 1u);
+}
+
 TEST(ObjectAssembler, HostileRevisionsAreRefused) {
   ObjectSplitter splitter;
   const std::vector<Pose> views(3, look_at({1, 0.5, 1.2}, {0, 0, 0.7}));
