@@ -37,7 +37,7 @@ TEST(CarvingProperty, HalfADiagonalEmptiesNoVoxelThatTheObjectTouches) {
 }
 
 // Algorithm 3's margin: the object fills no emptied voxel by more than half. In fact by no more than the corner that lies deeper than the
-// margin, some 4 %.
+// margin, some 5 %.
 TEST(CarvingProperty, HalfAVoxelEmptiesNoneThatTheObjectFillsMoreThanHalf) {
   std::size_t touched_and_emptied = 0;
   double most = 0;
