@@ -102,6 +102,11 @@ struct Leak {
   Eigen::Vector3i below = Eigen::Vector3i::Zero(), above = Eigen::Vector3i::Zero();
   int voxels = 0;
   bool same_sides(const Leak& other) const { return below == other.below && above == other.above; }
+  // On no side more than there.
+  void keep_within(const Leak& other) {
+    below = below.cwiseMin(other.below);
+    above = above.cwiseMin(other.above);
+  }
 };
 
 // Voxels that belong to the object outside the grid. `stands` says whether a voxel outside still stands; null: all do.
@@ -154,9 +159,12 @@ Leak leak_of_views(const ObjectModel& model, const std::vector<Eigen::Vector3i>&
   Leak leak = leak_of(model, faces, points, settings.margin_voxels, nullptr, Eigen::Vector3i::Zero());
   while (larger && leak.voxels >= settings.least_voxels) {
     larger->emplace(model.within(grown_box(model.grid().geometry(), leak), surroundings, carving));
-    const Leak standing = leak_of(model, faces, points, settings.margin_voxels, &(*larger)->grid(), leak.below);
-    if (standing.same_sides(leak)) break;
+    // What stands depends on the box a little, by the distance from its middle to the views: never back to a larger one, or this has no end.
+    Leak standing = leak_of(model, faces, points, settings.margin_voxels, &(*larger)->grid(), leak.below);
+    standing.keep_within(leak);
+    const bool fits = standing.same_sides(leak);
     leak = standing;
+    if (fits) break;
   }
   return leak;
 }
@@ -188,7 +196,7 @@ Growth grow(const ObjectModel& model, const Surroundings& surroundings, const Ca
       out.model = std::move(larger);
     }
   } catch (const Error& e) {
-    if (e.code() != ErrorCode::bad_input) throw;
+    if (e.code() != ErrorCode::bad_input && e.code() != ErrorCode::model_object_differs) throw;
     out.refused = e.what();
   }
   return out;

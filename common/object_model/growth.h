@@ -31,8 +31,8 @@ struct Growth {
   std::string refused;               // why the model does not grow although its object leaves the box; else empty
 };
 
-// Whether the newest view shows the object outside its box; if so, all views say how far. `surroundings` must be those that the object
-// was begun in. An imported grid and views of old versions that kept too little depth are refused. The model itself is left as it is.
+// Whether the newest view shows the object outside its box; if so, all views say how far. Refused are other surroundings than the object
+// was begun in, an imported grid, and views of old versions that kept too little depth. The model itself is left as it is.
 Growth grow(const ObjectModel& model, const Surroundings& surroundings, const CarvingSettings& carving, const GrowthSettings& settings);
 
 }  // namespace periplus::object_model

@@ -160,6 +160,54 @@ TEST(Growth, WhatOtherViewsSeeThroughIsNotTheObjects) {
   EXPECT_TRUE(look(with, wrong)) << "alone, nothing speaks against it";
 }
 
+// The ball's top leaves the box, and on it is what one view shows and the other, clear one carves.
+ObjectModel ball_with_something_on_top(const std::vector<Sphere>& something, const Perception& clear, const CarvingSettings& carving) {
+  ObjectBox box = box_around(kBall, 0.4);
+  box.X_WB.translation().z() = kBall.center.z() + kBall.radius - 0.22;
+  Perception wrong = ideal_view(kBall, 1, kViews);
+  for (DepthMap& map : wrong.depth)
+    for (const Sphere& sphere : something) put_sphere(map, sphere);
+  ObjectModel model("ball", box, 0.01, {});
+  model.integrate(clear, {}, carving);
+  model.integrate(wrong, {}, carving);
+  return model;
+}
+Sphere above_ball(double height, double radius) { return {kBall.center + Eigen::Vector3d(0, 0, kBall.radius + height), radius}; }
+
+// A pose that is certain at the middle of the box that holds the needle, and uncertain at that of the one that does not: each of the two says
+// that the other is the right one.
+TEST(Growth, EndsWhereTwoBoxesContradictEachOther) {
+  CarvingSettings carving;
+  carving.cautious_votes = 3;
+  Perception clear = ideal_view(kBall, 3, kViews);
+  const std::vector<Sphere> needle{above_ball(0.012, 0.012), above_ball(0.032, 0.012), above_ball(0.052, 0.012)};
+  const ObjectModel begun = ball_with_something_on_top(needle, clear, carving);
+  const auto distance = [&](int voxels) {
+    return (clear.X_WC.translation() - begun.state().box.X_WB.translation() - Eigen::Vector3d(0, 0, 0.005 * voxels)).norm();
+  };
+  ASSERT_LT(distance(16), distance(8));
+  const double sigma = carving.uncertain_pose_voxels * 0.01 / (0.5 * (distance(8) + distance(16)));
+  clear.covariance.bottomRightCorner<3, 3>() = sigma * sigma * Eigen::Matrix3d::Identity();
+  const Growth growth = grow(ball_with_something_on_top(needle, clear, carving), {}, carving, kGrowth);
+  ASSERT_TRUE(growth.model.has_value());
+  EXPECT_EQ(growth.model->grid().geometry().size, Eigen::Vector3i(40, 40, 48));
+}
+
+// What is carved again ends within the brick that the ball itself takes.
+TEST(Growth, AsManyVoxelsStandOutsideAsAreAskedFor) {
+  std::vector<Sphere> crown;
+  for (const double x : {-0.05, 0.0, 0.05})
+    for (const double y : {-0.05, 0.0, 0.05}) crown.push_back({kBall.center + Eigen::Vector3d(x, y, kBall.radius + 0.022), 0.022});
+  const ObjectModel begun = ball_with_something_on_top(crown, ideal_view(kBall, 3, kViews), kCarving);
+  for (const int least : {200, 300}) {  // the newest view shows 342, and 216 stand
+    const Growth growth = grow(begun, {}, kCarving, {.least_voxels = least, .margin_voxels = 0});
+    ASSERT_EQ(growth.model.has_value(), least == 200) << least;
+    if (growth.model) {
+      EXPECT_EQ(growth.model->grid().geometry().size, Eigen::Vector3i(40, 40, 48));
+    }
+  }
+}
+
 TEST(Growth, IsRefusedWithAReason) {
   // Five hundred voxels long, and half of the ball's top at its end.
   ObjectBox box = box_around(kBall);
@@ -179,6 +227,11 @@ TEST(Growth, IsRefusedWithAReason) {
   state.imported = true;
   growth = grow(ObjectModel(std::move(state)), {}, kCarving, kGrowth);
   EXPECT_NE(growth.refused.find("imported"), std::string::npos) << growth.refused;
+  ObjectModel elsewhere("ball", small_box(), 0.01, {});
+  elsewhere.integrate(ideal_view(kBall, 0, kViews), {}, kCarving);
+  growth = grow(elsewhere, on_table(0.1), kCarving, kGrowth);
+  EXPECT_FALSE(growth.model.has_value());
+  EXPECT_NE(growth.refused.find("another environment"), std::string::npos) << growth.refused;
   for (const GrowthSettings& bad : {GrowthSettings{.least_voxels = 0}, GrowthSettings{.margin_voxels = -1}, GrowthSettings{.least_area = std::nan("")}})
     EXPECT_THROW(bad.check(), Error);
 }

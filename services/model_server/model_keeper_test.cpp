@@ -164,6 +164,21 @@ TEST_F(ModelKeeperTest, ABoxGrowsWithItsObject) {
   EXPECT_TRUE(object_model::same_box(stays.model("ball")->state().box, tight));
 }
 
+// Views go on being integrated; only the box that the object was begun in stays.
+TEST_F(ModelKeeperTest, ABoxDoesNotGrowInAnotherEnvironment) {
+  ModelKeeper keeper(folder, {});
+  keeper.set_environment(room());
+  const object_model::ObjectBox tight = box_around({}, 0.2);
+  keeper.begin("ball", tight, 0.025, false);
+  KnownTexts other = room();
+  other.revision = "another";
+  keeper.set_environment(other);
+  const auto p = view(0);
+  EXPECT_EQ(code_of([&] { keeper.integrate("ball", p.view_id, &p); }), ErrorCode::ok);
+  EXPECT_TRUE(keeper.has_view("ball", p.view_id));
+  EXPECT_TRUE(object_model::same_box(keeper.model("ball")->state().box, tight));
+}
+
 TEST_F(ModelKeeperTest, ViewsGetBetterPosesAndAreTakenOut) {
   std::string before, after;
   {
