@@ -50,11 +50,21 @@ std::shared_ptr<KnownObject> object_of(const msg::ObjectRevision& m) {
 
 }  // namespace
 
+std::size_t ObjectAssembler::Object::octets_with_whole() const {
+  if (!whole.object) return octets;
+  return octets + 3 * sizeof(std::uint64_t) * whole.object->grid->occupied().size() + sizeof(object_model::Landmark) * whole.object->landmarks.size();
+}
+
 ObjectAssembler::Object& ObjectAssembler::hear(const std::string& object_id) {
   Object& object = objects_[object_id];
   object.heard = ++samples_;
-  if (objects_.size() > kObjects)
-    objects_.erase(std::min_element(objects_.begin(), objects_.end(), [](const auto& a, const auto& b) { return a.second.heard < b.second.heard; }));
+  std::size_t octets = 0;
+  for (const auto& [id, o] : objects_) octets += o.octets_with_whole();
+  while (objects_.size() > 1 && (objects_.size() > kObjects || octets > kMostOctets)) {
+    const auto last = std::min_element(objects_.begin(), objects_.end(), [](const auto& a, const auto& b) { return a.second.heard < b.second.heard; });
+    octets -= last->second.octets_with_whole();
+    objects_.erase(last);
+  }
   return object;
 }
 

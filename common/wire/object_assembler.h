@@ -2,7 +2,8 @@
 //
 // A revision is given only when a chunk of each digest it names is here: never a mixture of two. One of which a chunk was lost is
 // given up when a later one is whole, which needs no more than what came since. What is kept is bounded: kObjects objects (those heard
-// of last), of each the revision that was whole last, kRevisions that wait, and kVersions of each chunk, kMostWaiting octets in all.
+// of last) and kMostOctets in all; of each object the revision that was whole last, kRevisions that wait, and kVersions of each chunk,
+// kMostWaiting octets together. What was forgotten comes again with model/publish.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +32,10 @@ struct KnownObject {
 
 class ObjectAssembler {
  public:
-  static constexpr std::size_t kObjects = 8, kRevisions = 4, kVersions = 4;
+  // Late joiners hear of all objects before the first is whole: kObjects is more than a server is likely to know.
+  static constexpr std::size_t kObjects = 64, kRevisions = 4, kVersions = 4;
   static constexpr std::size_t kMostWaiting = std::size_t{128} << 20;  // twice and a half what 512 voxels along each axis take
+  static constexpr std::size_t kMostOctets = std::size_t{256} << 20;
 
   // The revisions that became whole by it, in the order in which they came. One that came again unchanged is given again. Throw
   // Error(bad_input | bad_size | not_finite) with the cause and change nothing; but where more waits than kMostWaiting, what waits of
@@ -59,6 +62,7 @@ class ObjectAssembler {
     std::deque<Header> waiting;  // in the order in which they came
     std::map<Place, std::deque<Version>> chunks;  // that came since; the newest at the end
     std::size_t octets = 0;                       // of these
+    std::size_t octets_with_whole() const;
   };
 
   Object& hear(const std::string& object_id);

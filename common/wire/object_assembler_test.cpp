@@ -193,6 +193,23 @@ TEST(ObjectAssembler, PublishedAgainOrBegunAnewIsGivenAgain) {
   EXPECT_EQ(lower[0]->grid->revision, 0u);
 }
 
+// An object begun anew in a smaller box, and again in its first one; landmarks that come back.
+TEST(ObjectAssembler, WhatWasBeyondTheEndComesAgain) {
+  const voxel::OccupancyGrid large(testing::geometry({140, 66, 82})), small(testing::geometry({60, 60, 60}));
+  ObjectSplitter splitter;
+  ObjectAssembler assembler;
+  std::uint32_t revision = 0;
+  for (const auto& [grid, seen] : {std::pair(&large, std::size_t{2500}), std::pair(&small, std::size_t{100}), std::pair(&large, std::size_t{2500})}) {
+    voxel::OccupancyGrid now = *grid;
+    now.revision = ++revision;
+    const Objects objects = take(assembler, samples(splitter.split("bunny", now, landmarks(seen, 1))));
+    ASSERT_EQ(objects.size(), 1u) << revision;
+    EXPECT_EQ(objects[0]->revision, revision);
+    EXPECT_TRUE(testing::same_voxels(*objects[0]->grid, now));
+    EXPECT_EQ(objects[0]->landmarks.size(), seen);
+  }
+}
+
 TEST(ObjectAssembler, WhatAWholeRevisionReplacedIsNotKept) {
   voxel::OccupancyGrid grid = random_grid({140, 66, 82}, 1, 1);
   ObjectSplitter splitter;
@@ -264,6 +281,44 @@ TEST(ObjectAssembler, ForgetsTheObjectsHeardOfLongestAgo) {
   EXPECT_EQ(take(assembler, {cups[1].revision}).size(), 1u);
   EXPECT_TRUE(take(assembler, {cups[0].revision}).empty());  // its chunk went with it
   EXPECT_EQ(take(assembler, {cups[0].chunks[0]}).size(), 1u);
+}
+
+// What a late joiner hears of a store of many objects: all chunks, then all revisions.
+TEST(ObjectAssembler, ManyObjectsWhoseChunksCameFirstAreAllGiven) {
+  const voxel::OccupancyGrid grid = random_grid({140, 66, 82}, 1);
+  ObjectAssembler assembler;
+  ObjectSplitter splitter;
+  std::vector<Sample> chunks, revisions;
+  for (std::size_t n = 0; n < ObjectAssembler::kObjects; ++n) {
+    const ObjectOnWire cup = splitter.split("cup" + std::to_string(n), grid);
+    chunks.insert(chunks.end(), cup.chunks.begin(), cup.chunks.end());
+    revisions.emplace_back(cup.revision);
+  }
+  EXPECT_TRUE(take(assembler, chunks).empty());
+  EXPECT_EQ(take(assembler, revisions).size(), ObjectAssembler::kObjects);
+  EXPECT_GE(ObjectAssembler::kObjects, 32u);
+}
+
+// The largest grids, of objects that come one after the other: the octets of all are bounded, those heard of last stay.
+TEST(ObjectAssembler, ForgetsObjectsRatherThanHoldTooMuch) {
+  voxel::OccupancyGrid grid(testing::geometry({512, 512, 512}, 0.004));
+  std::fill(grid.occupied().begin(), grid.occupied().end(), 0);
+  const std::size_t octets = kMostVoxelChunks * sizeof(VoxelChunk);
+  const std::size_t fit = ObjectAssembler::kMostOctets / octets;
+  const auto name = [](std::size_t n) { return "hall" + std::to_string(n); };
+  ObjectOnWire hall = ObjectSplitter().split("hall", grid);
+  ObjectAssembler assembler;
+  for (std::size_t n = 0; n <= fit; ++n)
+    for (msg::ObjectChunk& chunk : hall.chunks) {
+      chunk.object_id(name(n));
+      EXPECT_TRUE(assembler.take(chunk).empty());
+    }
+  hall.revision.object_id(name(fit));
+  EXPECT_EQ(assembler.take(hall.revision).size(), 1u);
+  hall.revision.object_id(name(1));
+  EXPECT_EQ(assembler.take(hall.revision).size(), 1u);
+  hall.revision.object_id(name(0));
+  EXPECT_TRUE(assembler.take(hall.revision).empty());
 }
 
 TEST(ObjectAssembler, OldVersionsOfAChunkAndOldRevisionsGo) {

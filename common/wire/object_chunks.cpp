@@ -178,6 +178,9 @@ ObjectOnWire ObjectSplitter::split(std::string_view object_id, const voxel::Occu
     out.chunks.push_back(chunk_of(object_id, ChunkPart::landmarks, index, digest));
     for (const object_model::Landmark& l : some) out.chunks.back().landmarks().push_back(to_wire(l));
   }
+  // Readers forget what lies beyond the end.
+  made.voxels.resize(m.voxel_chunks().size());
+  made.landmarks.resize(m.landmark_chunks().size());
   return out;
 }
 

@@ -62,7 +62,7 @@ class ObjectSplitter {
 
  private:
   struct Made {
-    std::vector<std::uint64_t> voxels, landmarks;  // digests; also of chunks beyond the present end, which readers may still hold
+    std::vector<std::uint64_t> voxels, landmarks;  // digests
   };
   std::map<std::string, Made, std::less<>> made_;
 };

@@ -31,13 +31,13 @@ ObjectPublisher::Sent ObjectPublisher::publish(std::string_view object_id, const
                                                const std::vector<object_model::Landmark>& landmarks, const std::vector<Pose>& views, bool all) {
   const std::lock_guard lock(impl_->mutex);
   if (all) impl_->splitter.forget(object_id);
-  const ObjectOnWire object = impl_->splitter.split(object_id, grid, landmarks, views);
   Sent sent;
   try {
+    const ObjectOnWire object = impl_->splitter.split(object_id, grid, landmarks, views);
     for (const msg::ObjectChunk& chunk : object.chunks) sent.octets += Impl::send(impl_->chunks, chunk);
     sent.chunks = object.chunks.size();
     sent.octets += Impl::send(impl_->revisions, object.revision);
-  } catch (const Error&) {
+  } catch (...) {
     impl_->splitter.forget(object_id);
     throw;
   }
