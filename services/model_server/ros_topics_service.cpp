@@ -1,10 +1,12 @@
 #include "services/model_server/ros_topics_service.h"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "common/core/log.h"
 #include "common/dds/codec_impl.h"
@@ -35,7 +37,11 @@ struct Topic {
       : name(topic), make(message_of), out(node, topic, dds::qos_latest()) {}
 
   void publish(const Model& model) {
-    if (!model || model == published.lock() || out.matched() == 0) return;
+    std::vector<dds::Guid> now = out.raw().matched_readers();
+    std::sort(now.begin(), now.end());
+    const bool somebody_new = !std::includes(readers.begin(), readers.end(), now.begin(), now.end());
+    readers = std::move(now);
+    if (!model || readers.empty() || (!somebody_new && model == published.lock())) return;
     published = model;
     try {
       if (!out.publish(make(*model))) log::warn("a model could not be published for ROS", {{"topic", name}});
@@ -48,6 +54,7 @@ struct Topic {
   Message (*make)(const object_model::ObjectModel&);
   dds::Publisher<Message> out;
   std::weak_ptr<const object_model::ObjectModel> published;
+  std::vector<dds::Guid> readers;  // ascending; when it was looked last
 };
 
 }  // namespace

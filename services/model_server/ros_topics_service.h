@@ -1,6 +1,6 @@
 // Models as ROS 2 tools know them: rt/octomap_binary (octomap_msgs/msg/Octomap) and rt/object_points (sensor_msgs/msg/PointCloud2), of
-// the object that changed last, in frame `world`, stamped with its newest view. Reliable and transient-local, so that a tool that comes
-// late, or asks for volatile samples, has the newest.
+// the object that changed last, in frame `world`, stamped with its newest view. Reliable, transient-local, and out again when another reader
+// comes, so that a tool that comes late has the newest even if it asks for volatile samples.
 #pragma once
 
 #include <memory>

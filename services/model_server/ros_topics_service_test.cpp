@@ -144,6 +144,18 @@ TEST_P(RosTopicsTest, ToolsReadTheModelAsItIs) {
   EXPECT_EQ(points.wait(0).width(), 0u);
 }
 
+// Each with volatile samples, for which the writer keeps nothing.
+TEST_P(RosTopicsTest, WhoComesWhileOthersReadHasTheNewestToo) {
+  const auto server = node(), tool = node(), later = node();
+  RosTopics topics(*server);
+  const auto seen = ball(2);
+  topics.offer(seen);
+  Last<PointCloud2> first(*tool, "rt/object_points");
+  expect_points(first.wait(1001), object_model::surface_points(*seen));
+  Last<PointCloud2> second(*later, "rt/object_points");
+  expect_points(second.wait(1001), object_model::surface_points(*seen));
+}
+
 TEST_P(RosTopicsTest, AModelThatOctoMapCannotHoldIsLeftOut) {
   const auto server = node(), tool = node();
   RosTopics topics(*server);
