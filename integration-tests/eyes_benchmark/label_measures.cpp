@@ -5,6 +5,7 @@
 
 #include "common/core/error.h"
 #include "common/object_model/testing/exact_visibility.h"
+#include "integration-tests/eyes_benchmark/voxel_truth.h"
 
 namespace periplus::eyes_benchmark {
 namespace {
@@ -45,18 +46,13 @@ LabelQuality label_quality(const voxel::OccupancyGrid& grid, const std::vector<s
     });
   };
   LabelQuality q;
-  for (int x = 0; x < g.size.x(); ++x)
-    for (int y = 0; y < g.size.y(); ++y)
-      for (int z = 0; z < g.size.z(); ++z) {
-        const Eigen::Vector3i v(x, y, z);
-        const std::size_t i = voxel::voxel_index(g, v);
-        const voxel::VoxelState state = grid.state(v);
-        q.known += state == voxel::VoxelState::known;
-        q.known_hidden += state == voxel::VoxelState::known && !reached[i] && !seen_between_pixels(v);
-        q.plain += plainly[i];
-        q.plain_unknown += plainly[i] && state == voxel::VoxelState::unknown;
-        q.plain_emptied += plainly[i] && state == voxel::VoxelState::empty;
-      }
+  for_each_voxel(grid, [&](const Eigen::Vector3i& v, std::size_t i, voxel::VoxelState state) {
+    q.known += state == voxel::VoxelState::known;
+    q.known_hidden += state == voxel::VoxelState::known && !reached[i] && !seen_between_pixels(v);
+    q.plain += plainly[i];
+    q.plain_unknown += plainly[i] && state == voxel::VoxelState::unknown;
+    q.plain_emptied += plainly[i] && state == voxel::VoxelState::empty;
+  });
   return q;
 }
 

@@ -38,20 +38,15 @@ void count_voxels(const voxel::OccupancyGrid& grid, const VoxelTruth& truth, Mod
           "the true voxels must be those of the grid");
   q.inside = q.inside_emptied = q.touching = q.touching_emptied = 0;
   std::size_t ghosts = 0, volume = 0;
-  for (int x = 0; x < g.size.x(); ++x)
-    for (int y = 0; y < g.size.y(); ++y)
-      for (int z = 0; z < g.size.z(); ++z) {
-        const Eigen::Vector3i v(x, y, z);
-        const std::size_t i = voxel::voxel_index(g, v);
-        const voxel::VoxelState state = grid.state(v);
-        const bool empty = state == voxel::VoxelState::empty;
-        q.inside += truth.inside[i];
-        q.inside_emptied += truth.inside[i] && empty;
-        q.touching += truth.touching[i];
-        q.touching_emptied += truth.touching[i] && empty;
-        volume += truth.inside[i] || truth.touching[i];
-        ghosts += !truth.inside[i] && !truth.touching[i] && !empty && state != voxel::VoxelState::environment;
-      }
+  for_each_voxel(grid, [&](const Eigen::Vector3i&, std::size_t i, voxel::VoxelState state) {
+    const bool empty = state == voxel::VoxelState::empty;
+    q.inside += truth.inside[i];
+    q.inside_emptied += truth.inside[i] && empty;
+    q.touching += truth.touching[i];
+    q.touching_emptied += truth.touching[i] && empty;
+    volume += truth.inside[i] || truth.touching[i];
+    ghosts += !truth.inside[i] && !truth.touching[i] && !empty && state != voxel::VoxelState::environment;
+  });
   q.ghosts = volume == 0 ? 0 : static_cast<double>(ghosts) / static_cast<double>(volume);
 }
 
