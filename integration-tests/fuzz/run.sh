@@ -4,7 +4,7 @@
 # by tabs. Exit status 1 after a finding (its input and log in build/fuzz/runs/TARGET), 77 without clang-14, nor root or sudo to install it.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-all=(model_file model_import calibration_file task_yaml scene_yaml image_message robot_yaml urdf)
+all=(model_file model_import calibration_file task_yaml scene_yaml image_message object_message robot_yaml urdf)
 seconds=60 targets=()
 while [ $# -gt 0 ]; do
   case $1 in

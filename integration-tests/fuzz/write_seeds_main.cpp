@@ -10,6 +10,7 @@
 #include "common/object_model/model_export.h"
 #include "common/object_model/model_file.h"
 #include "common/object_model/testing/sphere_views.h"
+#include "common/wire/object_chunks.h"
 #include "common/wire/perception_wire.h"
 #include "services/vision_server/calibration_file.h"
 
@@ -72,6 +73,19 @@ void messages(const std::string& folder) {
   write(folder + "/typed", std::string(header, sizeof header - 1) + std::string(48, 'x'));
 }
 
+void objects(const std::string& folder) {
+  const ObjectModel model = small_model(1);
+  const wire::ObjectOnWire object = wire::ObjectSplitter().split("ball", model.grid(), model.landmarks(), {model.state().views[0]->X_WC});
+  write(folder + "/revision", wired('R', object.revision));
+  for (const msg::ObjectChunk& chunk : object.chunks) write(folder + "/chunk-" + std::to_string(chunk.part()), wired('C', chunk));
+  // Two objects, the second of two chunks and landmarks; revisions before and after their chunks, and a chunk that goes back.
+  const char script[] = "S\2\0\1\0\0\1\4\12\5\6\7\6\0\5\6\1\6\5\0\7\2\0\2\2\0\1\0\0\1\6\1\10\4\12\5\10\7\4\0\5";
+  write(folder + "/script", std::string(script, sizeof script - 1));
+  // More versions of a chunk than are kept, before the rest of the first one's revision.
+  const char versions[] = "S\0\1\1\11\2\0\1\2\0\2\2\0\3\2\0\4\2\0\5\2\1\11\0\1\5\11";
+  write(folder + "/script-of-versions", std::string(versions, sizeof versions - 1));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -94,6 +108,7 @@ int main(int argc, char** argv) {
     rig.baseline = 0.12;
     write(corpora + "/calibration_file/calibrated.yaml", vision::view_camera_yaml(rig, "calibrated"));
     messages(corpora + "/image_message");
+    objects(corpora + "/object_message");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;
