@@ -73,11 +73,28 @@ struct Knowledge::Impl {
       std::erase_if(revisions.kept, [&](const auto& old) { return old->revision >= known->revision; });
       revisions.kept.push_back(std::move(known));
       if (revisions.kept.size() > kRevisionsKept) revisions.kept.pop_front();
-      if (objects.size() > kObjectsKept)
-        objects.erase(std::min_element(objects.begin(), objects.end(),
-                                       [](const auto& a, const auto& b) { return a.second.heard < b.second.heard; }));
+      forget_what_is_too_much();
     }
     changed.notify_all();
+  }
+
+  // What was heard of last stays, whatever it takes.
+  void forget_what_is_too_much() {
+    const auto octets = [&] {
+      std::size_t sum = 0;
+      for (const auto& [id, revisions] : objects)
+        for (const auto& object : revisions.kept) sum += 3 * sizeof(std::uint64_t) * object->grid->occupied().size();
+      return sum;
+    };
+    while (objects.size() > kObjectsKept || octets() > kMostOctets) {
+      const auto last = std::min_element(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.second.heard < b.second.heard; });
+      if (objects.size() > 1)
+        objects.erase(last);
+      else if (last->second.kept.size() > 1)
+        last->second.kept.pop_front();
+      else
+        return;
+    }
   }
 };
 

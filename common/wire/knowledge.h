@@ -24,10 +24,11 @@ struct KnownEnvironment {
 };
 
 // Thread-safe. Bad samples are logged and dropped. What is kept is bounded: kEnvironmentsKept environments, kObjectsKept objects
-// (those heard of last), of each kRevisionsKept revisions.
+// (those heard of last), of each kRevisionsKept revisions, kMostOctets of grids in all: more than as many of the model server's take.
 class Knowledge {
  public:
   static constexpr std::size_t kEnvironmentsKept = 4, kObjectsKept = 8, kRevisionsKept = 4;
+  static constexpr std::size_t kMostOctets = std::size_t{256} << 20;
 
   explicit Knowledge(dds::Node& node);
   ~Knowledge();

@@ -119,5 +119,28 @@ TEST(Knowledge, ForgetsTheObjectsHeardOfLongestAgo) {
   EXPECT_EQ(knowledge.object(name(1), 1, 0ms), nullptr);
 }
 
+// The largest grids: four revisions of one and one of another are held, and no more.
+TEST(Knowledge, ForgetsObjectsRatherThanHoldTooMuch) {
+  const dds::testing::TestDomain domain;
+  const auto node = node_on(domain.id());
+  ObjectPublisher objects(*node);
+  const Knowledge knowledge(*node);
+  voxel::OccupancyGrid grid(testing::geometry({512, 512, 512}, 0.004));
+  const std::size_t octets = 3 * sizeof(std::uint64_t) * grid.occupied().size();
+  ASSERT_EQ(Knowledge::kMostOctets / octets, 5u);
+  const auto publish = [&](const char* name, std::uint32_t revision) {
+    grid.revision = revision;
+    objects.publish(name, grid);
+    return knowledge.object(name, revision, 30s) != nullptr;
+  };
+  for (std::uint32_t r = 1; r <= 4; ++r) ASSERT_TRUE(publish("hall", r)) << r;
+  ASSERT_TRUE(publish("dome", 1));
+  EXPECT_NE(knowledge.object("hall", 1, 0ms), nullptr);
+  ASSERT_TRUE(publish("dome", 2));
+  EXPECT_EQ(knowledge.object("hall", 4, 0ms), nullptr);
+  EXPECT_NE(knowledge.object("dome", 1, 0ms), nullptr);
+  EXPECT_TRUE(publish("hall", 5)) << "what goes out again comes back";
+}
+
 }  // namespace
 }  // namespace periplus::wire
