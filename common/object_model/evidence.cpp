@@ -97,17 +97,19 @@ void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::Gri
   simd = voxel::resolve(simd);
   Counting counting(evidence.bricks());
   RunVoxels voxels;
-  float depth[kRun] = {};
+  float depth[kRun] = {}, sigma[kRun] = {};
+  const bool has_sigma = map.depth_sigma.data.size() == map.depth.data.size();
   std::uint8_t kind[kRun] = {};
   for (int y = 0; y < rays.height; ++y) {
     for (int x0 = 0; x0 < rays.width; x0 += kRun) {
       const int n = std::min(kRun, rays.width - x0);
       const std::size_t at = static_cast<std::size_t>(y) * rays.width + x0;
       std::copy_n(&map.depth.data[at], n, depth);
+      if (has_sigma) std::copy_n(&map.depth_sigma.data[at], n, sigma);
       std::uint8_t any = 0;
       for (int i = 0; i < kRun; ++i) any |= kind[i] = i < n ? static_cast<std::uint8_t>(limits.kind.data[at + static_cast<std::size_t>(i)]) : 0;
       if (any == 0) continue;
-      run_voxels(rays, x0, y, depth, kind, voxels, simd);
+      run_voxels(rays, x0, y, depth, sigma, kind, voxels, simd);
       if (voxels.steps == 0) continue;
       counting.run(voxels.point, voxels.point_changes, [](EvidenceBrick& b, int i, int, int times) { count(b.points[static_cast<std::size_t>(i)], times); });
       for (int k = 0; k < voxels.steps; ++k)

@@ -2,7 +2,7 @@
 //
 // A depth point falls into a voxel (`points`), and is seen through the voxels that the conservative margin leaves standing
 // closely in front of it (`seen`): such a voxel has been looked at and found to lie at the surface, so that looking again
-// gains nothing. Points of known solids count apart (`solid`): what stands closely before a table's surface is the table's.
+// gains nothing. The surface may truly lie a standard deviation of the depth further off; it is seen up to there. Points of known solids count apart (`solid`): what stands closely before a table's surface is the table's.
 //
 //   points >= known_points, or seen >= seen_points    known
 //   otherwise solid >= seen_points                    environment

@@ -7,8 +7,8 @@ namespace {
 
 // The least depth around a pixel may lie this far before its own and still be the same, slanted surface [voxels].
 constexpr float kSlant = 2.5f;
-// Steps from the depth towards the camera, none beyond the depth: no ray reaches what lies there [voxels].
-constexpr float kStep = 0.5f, kFirstStep = 0.2f;
+// Steps: the first as far behind the depth as it may truly lie, as no ray reaches what is further; the others towards the camera [voxels].
+constexpr float kStep = 0.5f, kFirstStep = 0.2f, kMostBehind = 0.5f;
 constexpr float kAround = 4;    // points this far outside the grid may speak for voxels in it [voxels]
 constexpr std::int32_t kFewRadii = 3;
 constexpr std::int32_t kSurface = 1, kSolid = 2;
@@ -37,9 +37,9 @@ PERIPLUS_INLINE std::uint64_t changes_in(const std::int32_t* codes) {
 }
 static_assert(kRun == 64);
 
-PERIPLUS_INLINE void run_body(const GridRays& rays, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out) {
+PERIPLUS_INLINE void run_body(const GridRays& rays, int x0, int y, const float* depth, const float* sigma, const std::uint8_t* kind, RunVoxels& out) {
   const GridRays r = rays;  // where no store can change it
-  float ray[3][kRun], z[kRun], nearest[kRun];
+  float ray[3][kRun], z[kRun], farthest[kRun], nearest[kRun];
   std::int32_t speaks[kRun], kinds[kRun], last[kRun];
   std::int32_t any = 0;
   float lower[3], upper[3];
@@ -104,14 +104,18 @@ PERIPLUS_INLINE void run_body(const GridRays& rays, int x0, int y, const float* 
       }
     }
   }
-  for (int i = 0; i < kRun; ++i) nearest[i] = greatest(nearest[i], z[i] - kSlant * r.voxel_m) - r.margin_m;
+  for (int i = 0; i < kRun; ++i) {
+    farthest[i] = z[i] + least(sigma[i], kMostBehind * r.voxel_m);
+    nearest[i] = greatest(nearest[i], z[i] - kSlant * r.voxel_m) - r.margin_m;
+  }
 
   for (int k = 0; k < kMostSteps; ++k) {
-    const float ahead = least(kStep - kFirstStep - kStep * static_cast<float>(k), 0.0f) * r.voxel_m;
+    const float ahead = k == 0 ? 0.0f : (kStep - kFirstStep - kStep * static_cast<float>(k)) * r.voxel_m;
+    const float* const from = k == 0 ? farthest : z;
     std::int32_t* const step = out.step[k];
     std::int32_t more = 0;
     for (int i = 0; i < kRun; ++i) {
-      const float t = z[i] + ahead;
+      const float t = from[i] + ahead;
       const std::int32_t on = static_cast<std::int32_t>(t > nearest[i]) & speaks[i];
       more |= on;
       const float px = r.origin[0] + ray[0][i] * t, py = r.origin[1] + ray[1][i] * t, pz = r.origin[2] + ray[2][i] * t;
@@ -128,12 +132,13 @@ PERIPLUS_INLINE void run_body(const GridRays& rays, int x0, int y, const float* 
   }
 }
 
-PERIPLUS_SIMD_FUNCTION(void, run, (const GridRays& r, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out), (r, x0, y, depth, kind, out))
+PERIPLUS_SIMD_FUNCTION(void, run, (const GridRays& r, int x0, int y, const float* depth, const float* sigma, const std::uint8_t* kind, RunVoxels& out),
+                       (r, x0, y, depth, sigma, kind, out))
 
 }  // namespace
 
-void run_voxels(const GridRays& rays, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out, voxel::Simd simd) {
-  run_for(simd)(rays, x0, y, depth, kind, out);
+void run_voxels(const GridRays& rays, int x0, int y, const float* depth, const float* sigma, const std::uint8_t* kind, RunVoxels& out, voxel::Simd simd) {
+  run_for(simd)(rays, x0, y, depth, sigma, kind, out);
 }
 
 }  // namespace periplus::object_model

@@ -23,13 +23,15 @@ constexpr int kMostSteps = 32;  // along a ray
 // Codes: twice the voxel (512 times its brick and within_brick()), and one more for a known solid; -1 for none.
 struct RunVoxels {
   std::int32_t point[kRun];              // the voxel that the depth's point lies in; none for known solids
-  std::int32_t step[kMostSteps][kRun];   // those on the ray closely before it, one for each step away from the point, none twice
+  std::int32_t step[kMostSteps][kRun];   // those on the ray closely before it, one for each step towards the camera, none twice
   // A bit for each code that is another than the one before it; the first is.
   std::uint64_t point_changes, step_changes[kMostSteps];
   int steps;
 };
 
-// Pixels x0 .. x0 + kRun - 1 of row y, within the image. `kind`: as PixelKind, 0 for pixels that say nothing.
-void run_voxels(const GridRays& rays, int x0, int y, const float* depth, const std::uint8_t* kind, RunVoxels& out, voxel::Simd simd);
+// Pixels x0 .. x0 + kRun - 1 of row y, within the image. `sigma`: standard deviations of the depths, not negative [m]; the steps begin that far
+// behind them. `kind`: as PixelKind, 0 for pixels that say nothing.
+void run_voxels(const GridRays& rays, int x0, int y, const float* depth, const float* sigma, const std::uint8_t* kind, RunVoxels& out,
+                voxel::Simd simd);
 
 }  // namespace periplus::object_model

@@ -44,8 +44,11 @@ struct Reference {
           }
         least = std::max(std::min(least, z), z - 2.5 * h) - kMargin * h;
         std::size_t last = ~std::size_t{0};
-        for (int k = 0; z + std::min(0.3 - 0.5 * k, 0.0) * h > least; ++k) {
-          const Eigen::Vector3d p = origin + ray * (z + std::min(0.3 - 0.5 * k, 0.0) * h);
+        const double behind = std::min<double>(map.depth_sigma.at(x, y), 0.5 * h);
+        for (int k = 0;; ++k) {
+          const double t = z + (k == 0 ? behind : (0.3 - 0.5 * k) * h);
+          if (t <= least) break;
+          const Eigen::Vector3d p = origin + ray * t;
           if (!inside(p)) continue;
           const std::size_t i = voxel_index(g, p.cast<int>());
           if (i != last) ++counts[i][kind == PixelKind::surface ? 1 : 2];
@@ -70,6 +73,7 @@ struct SphereAndKinds {
     Random random(static_cast<std::uint64_t>(n));
     for (std::size_t i = 0; i < limits.kind.data.size(); ++i) {
       const double kind = random.uniform();
+      map.depth_sigma.data[i] = i % 3 == 0 ? 0.0f : static_cast<float>(random.uniform(0, 0.007));
       if (kind < 0.1) limits.kind.data[i] = PixelKind::none;
       if (kind > 0.8) limits.kind.data[i] = PixelKind::known_solid;
       if (kind > 0.4 && kind < 0.45) map.depth_minimum.data[i] = kind < 0.42 ? 0.0f : map.depth.data[i] - 0.02f;

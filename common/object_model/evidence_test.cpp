@@ -48,6 +48,19 @@ TEST(Evidence, PointsCountWhereTheyFallAndCloselyBefore) {
   EXPECT_EQ(s.at(10).solid, 0);
 }
 
+// The surface may lie a standard deviation behind its depth, but is never looked for further than half a voxel behind.
+TEST(Evidence, VoxelsAreSeenUpToAStandardDeviationBehindTheDepth) {
+  for (const auto& [sigma, next_is_seen] : {std::pair{0.0f, false}, {0.0015f, false}, {0.0035f, true}, {0.1f, true}}) {
+    WallAhead s(1.0075f);  // a quarter of a voxel before voxel 11
+    s.map.depth_sigma = ImageF(400, 400, 1, sigma);
+    add_points(s.map, s.limits, s.g, kEvidenceSettings.margin_voxels, s.evidence);
+    EXPECT_GT(s.at(10).points, 100);
+    EXPECT_EQ(s.at(11).points, 0);
+    EXPECT_EQ(s.at(11).seen > 100, next_is_seen) << sigma;
+    EXPECT_EQ(s.at(12).seen, 0);
+  }
+}
+
 // A voxel that would project to more than the image, as through a lens of any focal length.
 TEST(Evidence, VoxelWiderThanTheImageIsLookedForAtItsEdges) {
   for (const double focal_length : {1e6, 2e11, 1e300}) {

@@ -110,6 +110,7 @@ void put(const StoredDepth& from, proto::DepthMap& to) {
   to.set_cx(from.camera.cx);
   to.set_cy(from.camera.cy);
   put(from.X_CM, to.mutable_pose_left_eye_map());
+  to.set_sigma_per_z2(from.sigma_per_z2);
   pack(from.depth.data, *to.mutable_depth());
   if (from.minimum.empty()) return;
   std::vector<std::uint16_t> behind(from.depth.data.size());
@@ -171,6 +172,8 @@ StoredDepth stored_depth(const proto::DepthMap& from) {
   const std::size_t pixels = static_cast<std::size_t>(from.width()) * from.height();
   to.depth = Image<std::uint16_t>(to.camera.width, to.camera.height, 1);
   to.depth.data = unpack<std::uint16_t>(from.depth(), pixels, "depth");
+  to.sigma_per_z2 = from.sigma_per_z2();
+  require(to.sigma_per_z2 >= 0 && to.sigma_per_z2 <= 1, ErrorCode::bad_input, "a view's `sigma_per_z2` must lie between 0 and 1");
   if (!from.has_behind_minimum()) return to;
   to.minimum = to.depth;
   const auto behind = unpack<std::uint16_t>(from.behind_minimum(), pixels, "behind_minimum");

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 
 #include "common/core/error.h"
 #include "common/core/hash.h"
@@ -43,6 +44,8 @@ void expect_same(const ObjectModel& a, const ObjectModel& b) {
     for (std::size_t d = 0; d < v.depth.size(); ++d) {
       EXPECT_EQ(v.depth[d].depth.data, w.depth[d].depth.data);
       EXPECT_EQ(v.depth[d].minimum.data, w.depth[d].minimum.data);
+      EXPECT_EQ(v.depth[d].sigma_per_z2, w.depth[d].sigma_per_z2);
+      EXPECT_GT(w.depth[d].sigma_per_z2, 0);
       EXPECT_EQ(v.depth[d].X_CM.matrix(), w.depth[d].X_CM.matrix());
     }
     EXPECT_EQ(v.color.data, w.color.data);
@@ -50,6 +53,15 @@ void expect_same(const ObjectModel& a, const ObjectModel& b) {
     EXPECT_EQ(v.stamp_ns, w.stamp_ns);
   }
 }
+
+proto::Model unpacked(const std::string& file) {
+  proto::Model m;
+  EXPECT_TRUE(m.ParseFromString(file.substr(17 + 64 + 1)));
+  return m;
+}
+
+std::string packed(const std::string& payload) { return "PERIPLUS-MODEL 2\n" + sha256_hex(payload) + "\n" + payload; }
+std::string packed(const proto::Model& m) { return packed(m.SerializeAsString()); }
 
 TEST(ModelFile, ComesBackAsItWas) {
   const ObjectModel model = small_model();
@@ -130,7 +142,7 @@ TEST(ModelFile, ReadsVersion2) {
   put_every_voxel(model, m);
   m.set_version(2);
   const std::string payload = m.SerializeAsString();
-  expect_same(model, read_model("PERIPLUS-MODEL 2\n" + sha256_hex(payload) + "\n" + payload));
+  expect_same(model, read_model(packed(payload)));
 }
 
 // Bricks that the grid has not, or not in order.
@@ -202,21 +214,25 @@ TEST(ModelFile, DescriptorsKeepTheirKind) {
   EXPECT_EQ(read(back)[0].kind, DescriptorKind::root_sift);
   EXPECT_EQ(read(back)[1].kind, DescriptorKind::akaze);
   EXPECT_EQ(read(back)[1].descriptor, p.features[1].descriptor);
-  proto::Model m;
-  ASSERT_TRUE(m.ParseFromString(file.substr(17 + 64 + 1)));
-  const auto packed = [&] {
-    const std::string payload = m.SerializeAsString();
-    return "PERIPLUS-MODEL 2\n" + sha256_hex(payload) + "\n" + payload;
-  };
+  proto::Model m = unpacked(file);
   proto::Feature& f = *m.mutable_views(0)->mutable_features(1);
   f.clear_descriptor_kind();
-  EXPECT_EQ(read(read_model(packed()))[1].kind, DescriptorKind::root_sift);
+  EXPECT_EQ(read(read_model(packed(m)))[1].kind, DescriptorKind::root_sift);
   f.set_descriptor_kind(4);
   try {
-    read_model(packed());
+    read_model(packed(m));
     FAIL() << "an unknown kind was taken";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("kind 4"), std::string::npos) << error.what();
+  }
+}
+
+TEST(ModelFile, RefusesStandardDeviationsOutOfRange) {
+  proto::Model m = unpacked(write_model(small_model()));
+  EXPECT_NO_THROW(read_model(packed(m)));
+  for (const double sigma : {-0.001, 1.5, std::numeric_limits<double>::quiet_NaN()}) {
+    m.mutable_views(0)->mutable_depth_maps(0)->set_sigma_per_z2(sigma);
+    EXPECT_THROW(read_model(packed(m)), Error) << sigma;
   }
 }
 
@@ -276,7 +292,7 @@ TEST(ModelFile, ClaimsBeyondTheLimitsAreRefusedBeforeUnpacking) {
   huge.ParseFromString(state);
   for (const std::string& v : views) ASSERT_TRUE(huge.add_views()->ParseFromString(v));
   const std::string payload = huge.SerializeAsString();
-  EXPECT_THROW(read_model("PERIPLUS-MODEL 2\n" + sha256_hex(payload) + "\n" + payload), Error);
+  EXPECT_THROW(read_model(packed(payload)), Error);
 }
 
 // Hostile contents under a right checksum: an error or a sound model, never a crash.
@@ -294,7 +310,7 @@ TEST(ModelFile, HostileContentsAreRefusedOrSound) {
     for (int n = 0; n < 1 + round % 4 && !bad.empty(); ++n)
       bad[random.below(std::min(reach, bad.size()))] = static_cast<char>(random.below(256));
     try {
-      const ObjectModel model = read_model("PERIPLUS-MODEL 2\n" + sha256_hex(bad) + "\n" + bad);
+      const ObjectModel model = read_model(packed(bad));
       model.grid().geometry().check();
       EXPECT_FALSE(model.digest().empty());
       ++accepted;

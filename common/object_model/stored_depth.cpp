@@ -8,6 +8,7 @@ namespace periplus::object_model {
 namespace {
 
 constexpr double kUnit = 1e-4;  // [m]
+constexpr double kMostSigmaPerZ2 = 1;  // [1/m]
 
 template <class Round>
 Image<std::uint16_t> to_units(const ImageF& metres, const Round& round) {
@@ -26,8 +27,13 @@ ImageF to_metres(const Image<std::uint16_t>& units, const Image<std::uint16_t>& 
 
 StoredDepth store_depth(const DepthMap& map, const Pose& X_WC) {
   StoredDepth out{map.camera, X_WC.inverse() * map.X_WC, to_units(map.depth, [](double v) { return std::round(v); }),
-                  to_units(map.depth_minimum, [](double v) { return std::floor(v); })};
+                  to_units(map.depth_minimum, [](double v) { return std::floor(v); }), 0};
   for (std::size_t i = 0; i < out.depth.data.size(); ++i) out.minimum.data[i] = std::min(out.minimum.data[i], out.depth.data[i]);
+  if (map.depth_sigma.data.size() == map.depth.data.size()) {
+    for (std::size_t i = 0; i < map.depth.data.size(); ++i)
+      if (const double z = map.depth.data[i]; z > 0) out.sigma_per_z2 = std::max(out.sigma_per_z2, map.depth_sigma.data[i] / (z * z));
+    out.sigma_per_z2 = std::min(out.sigma_per_z2, kMostSigmaPerZ2);
+  }
   return out;
 }
 
@@ -37,6 +43,11 @@ DepthMap restore_depth(const StoredDepth& stored, const Pose& X_WC) {
   map.X_WC = X_WC * stored.X_CM;
   map.depth = to_metres(stored.depth, stored.depth);
   map.depth_minimum = to_metres(stored.minimum, stored.depth);
+  if (stored.sigma_per_z2 > 0) {
+    map.depth_sigma = ImageF(map.depth.width, map.depth.height);
+    const auto sigma = static_cast<float>(stored.sigma_per_z2);
+    for (std::size_t i = 0; i < map.depth.data.size(); ++i) map.depth_sigma.data[i] = sigma * map.depth.data[i] * map.depth.data[i];
+  }
   return map;
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "common/core/random.h"
 
@@ -41,6 +42,28 @@ TEST(StoredDepth, IsWithinHalfAUnitAndItsMinimumNeverGrows) {
   // Once stored it stays as it is.
   const StoredDepth again = store_depth(back, X_WC);
   EXPECT_EQ(again.depth.data, stored.depth.data);
+}
+
+TEST(StoredDepth, KeepsTheStandardDeviationAsItGrowsWithDepth) {
+  Random random(4);
+  DepthMap map;
+  map.camera = Pinhole::from_vertical_fov(64, 48, 0.4);
+  map.depth = map.depth_minimum = map.depth_sigma = ImageF(64, 48);
+  EXPECT_TRUE(restore_depth(store_depth(map, Pose::Identity()), Pose::Identity()).depth_sigma.empty());  // exact
+  for (std::size_t i = 0; i < map.depth.data.size(); ++i) {
+    const auto z = static_cast<float>(i % 5 == 0 ? 0 : random.uniform(0.3, 6));
+    map.depth.data[i] = z;
+    map.depth_sigma.data[i] = 0.0016f * z * z;
+  }
+  const StoredDepth stored = store_depth(map, Pose::Identity());
+  const DepthMap back = restore_depth(stored, Pose::Identity());
+  for (std::size_t i = 0; i < map.depth.data.size(); ++i) EXPECT_NEAR(back.depth_sigma.data[i], map.depth_sigma.data[i], 3e-6f);
+  // What is no standard deviation counts as none; what is beyond belief as the most.
+  map.depth_sigma = ImageF(64, 48, 1, -1.0f);
+  map.depth_sigma.at(1, 0) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(store_depth(map, Pose::Identity()).sigma_per_z2, 0);
+  map.depth_sigma.at(2, 0) = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(store_depth(map, Pose::Identity()).sigma_per_z2, 1);
 }
 
 TEST(StoredDepth, CarvesNothingWhereNoMinimumWasKept) {

@@ -12,7 +12,7 @@ using nlohmann::json;
 json of(const Spread& s) { return {{"mean", s.mean}, {"median", s.median}, {"p95", s.p95}, {"count", s.count}}; }
 
 json of(const StereoQuality& q) {
-  return {{"pixels", q.pixels}, {"valid", q.valid}, {"surface", q.surface}, {"bad_1", q.bad_1}, {"bad_2", q.bad_2}, {"error_m", of(q.error)}, {"behind", q.behind}};
+  return {{"pixels", q.pixels}, {"valid", q.valid}, {"surface", q.surface}, {"bad_1", q.bad_1}, {"bad_2", q.bad_2}, {"sigma_px", q.sigma_px}, {"error_m", of(q.error)}, {"behind", q.behind}};
 }
 
 json of(const DisparityQuality& q) { return {{"pixels", q.pixels}, {"covered", q.covered}, {"bad_1", q.bad_1}, {"bad_2", q.bad_2}}; }
@@ -45,20 +45,21 @@ void lines(std::string& out, const std::string& prefix, const json& values, cons
 std::string stereo_table(const BenchmarkResult& r, const std::string& pictures) {
   std::string out =
       "## Stereo\n\nLeft eye, pixels of the object, six views. `behind`: of these pixels, where space would be carved more than 5 mm behind the "
-      "true surface, after the minimum over a voxel's projection. Normals: angle to the true face, where there is a depth. Plain: "
+      "true surface, after the minimum over a voxel's projection. Sigma: root mean square of the disparity errors up to 2 px; "
+      "`disparity_sigma_px` of the configuration should not be less. Normals: angle to the true face, where there is a depth. Plain: "
       "`cv::StereoSGBM` with the settings of its documentation; its time is one eye's disparity, ours the whole pair with both eyes' depth, "
       "normals and features, in brackets that of all threads together. Filled: ours with its guesses (Algorithm 2), which are flagged and never carve.\n\n"
-      "| object | texture | | valid, % | bad-1, % | bad-2, % | median, mm | p95, mm | behind, % | normals, median / p95, deg | ms a pair (processor) |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "| object | texture | | valid, % | bad-1, % | bad-2, % | sigma, px | median, mm | p95, mm | behind, % | normals, median / p95, deg | ms a pair (processor) |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const StereoRow& row : r.stereo) {
     const StereoQuality &a = row.ours, &b = row.plain;
-    out += fmt::format("| {} | {} | ours | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.4f} | {:.1f} / {:.1f} | {:.0f} ({:.0f}) |\n", row.object, row.paint, 100 * a.valid,
-                       100 * a.bad_1, 100 * a.bad_2, 1000 * a.error.median, 1000 * a.error.p95, 100 * a.behind, kDegrees * row.normals.median, kDegrees * row.normals.p95,
+    out += fmt::format("| {} | {} | ours | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.4f} | {:.1f} / {:.1f} | {:.0f} ({:.0f}) |\n", row.object, row.paint, 100 * a.valid,
+                       100 * a.bad_1, 100 * a.bad_2, a.sigma_px, 1000 * a.error.median, 1000 * a.error.p95, 100 * a.behind, kDegrees * row.normals.median, kDegrees * row.normals.p95,
                        1000 * row.seconds, 1000 * row.processor_seconds);
-    out += fmt::format("| | | plain | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | | | {:.0f} |\n", 100 * b.valid, 100 * b.bad_1, 100 * b.bad_2, 1000 * b.error.median,
+    out += fmt::format("| | | plain | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | | | {:.0f} |\n", 100 * b.valid, 100 * b.bad_1, 100 * b.bad_2, b.sigma_px, 1000 * b.error.median,
                        1000 * b.error.p95, 1000 * row.plain_seconds);
     const StereoQuality& c = row.filled;
-    out += fmt::format("| | | filled | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | | | |\n", 100 * c.valid, 100 * c.bad_1, 100 * c.bad_2, 1000 * c.error.median, 1000 * c.error.p95);
+    out += fmt::format("| | | filled | {:.1f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | | | |\n", 100 * c.valid, 100 * c.bad_1, 100 * c.bad_2, c.sigma_px, 1000 * c.error.median, 1000 * c.error.p95);
   }
   out += "\nLeast share of the object's pixels with texture, and least silhouette_valid_share, over the views:";
   for (const StereoRow& row : r.stereo) out += fmt::format(" {} {} {:.0f} / {:.0f} %;", row.object, row.paint, 100 * row.textured, 100 * row.shown_valid);

@@ -47,6 +47,7 @@ void StereoTally::add(const ImageF& matched, const ImageF& surface, const ImageF
     const double wrong = std::abs(d - rig.disparity(z));
     bad_1_ += wrong > 1;
     bad_2_ += wrong > 2;
+    if (wrong <= 2) squares_ += wrong * wrong;
     errors_.push_back(std::abs(rig.depth(d) - z));
   }
 }
@@ -58,6 +59,7 @@ StereoQuality StereoTally::quality() const {
   q.surface = ratio(surface_, pixels_);
   q.bad_1 = ratio(bad_1_, matched_);
   q.bad_2 = ratio(bad_2_, matched_);
+  if (matched_ > bad_2_) q.sigma_px = std::sqrt(squares_ / static_cast<double>(matched_ - bad_2_));
   q.behind = ratio(behind_, pixels_);
   q.error = spread(errors_);
   return q;

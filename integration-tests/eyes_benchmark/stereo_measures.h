@@ -27,6 +27,7 @@ struct StereoQuality {
   double valid = 0;             // share of them that is matched
   double surface = 0;           // that keeps a depth without flying pixels
   double bad_1 = 0, bad_2 = 0;  // share of the matched ones whose disparity is wrong by more than 1, 2 px
+  double sigma_px = 0;          // root mean square of the other ones' disparity errors, up to 2 px
   Spread error;                 // |depth - truth| of the matched ones [m]
   double behind = 0;            // share of the object's pixels where space is carved more than kBehind behind the truth
 };
@@ -42,6 +43,7 @@ class StereoTally {
 
  private:
   std::size_t pixels_ = 0, matched_ = 0, surface_ = 0, bad_1_ = 0, bad_2_ = 0, behind_ = 0;
+  double squares_ = 0;  // of disparity errors up to 2 px
   std::vector<double> errors_;
 };
 

@@ -60,6 +60,7 @@ TEST(StereoTally, EachMeasureIsItsClosedForm) {
   EXPECT_NEAR(q.surface, 479 / 480.0, 1e-12);
   EXPECT_NEAR(q.bad_1, 60 / 456.0, 1e-12);
   EXPECT_NEAR(q.bad_2, 12 / 456.0, 1e-12);
+  EXPECT_NEAR(q.sigma_px, std::sqrt((396 * 0.25 + 48 * 2.25) / 444), 1e-5);
   EXPECT_NEAR(q.behind, 1 / 480.0, 1e-12);
   const auto error = [&](double wrong) { return std::abs(p.rig.depth(p.rig.disparity(p.z) + wrong) - p.z); };
   EXPECT_NEAR(q.error.median, error(0.5), 1e-5);
