@@ -628,24 +628,23 @@ PairGain VisibilityScene::evaluate_pair(const Pose& X_WC, const StereoRig& rig, 
   } else {
     render_right(w);
   }
-  // The table is large and met at random: entries are fetched ahead.
+  // The table is met at random: entries are fetched ahead.
   constexpr std::size_t kAhead = 24;
   const auto each_of = [&](const VoxelList& list, const auto& call) {
     for (std::size_t i = 0; i < list.size(); ++i) {
-      if (i + kAhead < list.size()) __builtin_prefetch(&w.left_pixels[list[i + kAhead].voxel]);
+      if (i + kAhead < list.size()) w.left_pixels.prefetch(list[i + kAhead].voxel);
       call(list[i]);
     }
   };
-  w.left_pixels.resize(static_cast<std::size_t>(geometry_.size.x()) * geometry_.size.y() * geometry_.size.z(), 0);
-  each_of(w.left.unknown, [&](VoxelPixels v) { w.left_pixels[v.voxel] = v.pixels; });
+  w.left_pixels.clear(w.left.unknown.size());
+  each_of(w.left.unknown, [&](VoxelPixels v) { w.left_pixels.add(v); });
   VoxelPixels* both = w.both.reserve(std::min(w.left.unknown.size(), w.right.unknown.size()));
   std::size_t n = 0;
   each_of(w.right.unknown, [&](VoxelPixels v) {
-    const std::uint32_t pixels = std::min(v.pixels, w.left_pixels[v.voxel]);
+    const std::uint32_t pixels = std::min(v.pixels, w.left_pixels.pixels(v.voxel));
     if (pixels != 0) both[n++] = count({v.voxel, pixels});
   });
   w.both.set_size(n);
-  for (const VoxelPixels& v : w.left.unknown) w.left_pixels[v.voxel] = 0;
   return gain;
 }
 

@@ -21,6 +21,7 @@
 #include "common/geometry/pose.h"
 #include "common/voxel/occluder.h"
 #include "common/voxel/occupancy_grid.h"
+#include "common/voxel/pixel_table.h"
 #include "common/voxel/visibility_kernel.h"
 
 namespace periplus::voxel {
@@ -107,7 +108,7 @@ struct VisibilityWorkspace {
   std::vector<std::int32_t> brick_level;
   std::array<std::vector<BrickPart>, 3> parts;
   std::array<std::vector<std::int8_t>, 3> part_count;
-  std::vector<std::uint32_t> left_pixels;
+  PixelTable left_pixels;
 };
 
 // Built once for a revision of the grid; immutable, may be shared between threads.

@@ -45,12 +45,11 @@ void for_each_watched(voxel::VisibilityWorkspace& w, const StereoRig& rig, int m
     }
     return;
   }
-  // left_pixels is all 0 between evaluations.
-  for (const voxel::VoxelPixels& v : w.left.watched) w.left_pixels[v.voxel] = v.pixels;
+  w.left_pixels.clear(w.left.watched.size());
+  for (const voxel::VoxelPixels& v : w.left.watched) w.left_pixels.add(v);
   for (const voxel::VoxelPixels& v : w.right.watched) {
-    if (v.pixels > threshold && w.left_pixels[v.voxel] > threshold) visit(v.voxel);
+    if (v.pixels > threshold && w.left_pixels.pixels(v.voxel) > threshold) visit(v.voxel);
   }
-  for (const voxel::VoxelPixels& v : w.left.watched) w.left_pixels[v.voxel] = 0;
 }
 
 }  // namespace periplus::nbv
