@@ -12,9 +12,10 @@ namespace periplus::object_model {
 
 namespace {
 
-// Calls visit(key, voxel, state) for each leaf of OctoMap's lattice whose centre lies in a voxel that is not unknown.
-template <class Visit>
-void for_each_leaf(const voxel::OccupancyGrid& grid, Visit&& visit) {
+// Calls visit(key, voxel, state) for each leaf of OctoMap's lattice whose centre lies in a voxel that is not unknown. Prunes the tree after
+// every sixteen layers of leaves: those of 512 voxels a side would take gigabytes.
+template <class Tree, class Visit>
+void for_each_leaf(const voxel::OccupancyGrid& grid, Tree& tree, Visit&& visit) {
   const voxel::GridGeometry& g = grid.geometry();
   Eigen::Vector3d lower = Eigen::Vector3d::Constant(1e9), upper = -lower;
   for (int c = 0; c < 8; ++c) {
@@ -28,7 +29,8 @@ void for_each_leaf(const voxel::OccupancyGrid& grid, Visit&& visit) {
           "the object lies too far from the origin for an OctoMap of this voxel size");
   const Eigen::Vector3i first = (lower / g.voxel_size).array().floor().cast<int>();
   const Eigen::Vector3i last = (upper / g.voxel_size).array().ceil().cast<int>();
-  for (int x = first.x(); x < last.x(); ++x)
+  for (int x = first.x(); x < last.x(); ++x) {
+    if (x % 16 == 0 && tree.size() > 0) tree.prune();
     for (int y = first.y(); y < last.y(); ++y)
       for (int z = first.z(); z < last.z(); ++z) {
         const Eigen::Vector3d p = (Eigen::Vector3d(x, y, z).array() + 0.5) * g.voxel_size;
@@ -40,11 +42,12 @@ void for_each_leaf(const voxel::OccupancyGrid& grid, Visit&& visit) {
                                  static_cast<octomap::key_type>(z + 32768)),
               v, s);
       }
+  }
 }
 
 octomap::OcTree tree_of(const voxel::OccupancyGrid& grid) {
   octomap::OcTree tree(grid.geometry().voxel_size);
-  for_each_leaf(grid, [&](const octomap::OcTreeKey& key, const Eigen::Vector3i&, voxel::VoxelState s) {
+  for_each_leaf(grid, tree, [&](const octomap::OcTreeKey& key, const Eigen::Vector3i&, voxel::VoxelState s) {
     tree.updateNode(key, s != voxel::VoxelState::empty, true);
   });
   tree.updateInnerOccupancy();
@@ -75,7 +78,7 @@ std::string octomap_data(const voxel::OccupancyGrid& grid) {
 std::string export_ot(const ObjectModel& model) {
   const voxel::GridGeometry& g = model.grid().geometry();
   octomap::ColorOcTree tree(g.voxel_size);
-  for_each_leaf(model.grid(), [&](const octomap::OcTreeKey& key, const Eigen::Vector3i& v, voxel::VoxelState s) {
+  for_each_leaf(model.grid(), tree, [&](const octomap::OcTreeKey& key, const Eigen::Vector3i& v, voxel::VoxelState s) {
     octomap::ColorOcTreeNode* node = tree.updateNode(key, s != voxel::VoxelState::empty, true);
     const TsdfSample sample = model.state().tsdf.at(v);
     if (s == voxel::VoxelState::empty) return;
