@@ -142,9 +142,6 @@ ObjectBox grown_box(const voxel::GridGeometry& g, const Leak& leak) {
   require((size.array() <= kLongestSide).all(), ErrorCode::bad_input,
           "the object leaves its box and would need a grid of " + std::to_string(size.x()) + " x " + std::to_string(size.y()) + " x " +
               std::to_string(size.z()) + " voxels, at most 512 along a side are possible; begin it anew with larger voxels");
-  voxel::GridGeometry larger = g;
-  larger.size = size;
-  check_voxel_count(larger);
   ObjectBox box;
   box.size = g.voxel_size * size.cast<double>();
   box.X_WB = g.X_WG;

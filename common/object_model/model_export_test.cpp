@@ -19,7 +19,7 @@ TEST(ModelExport, EveryFormatIsWrittenAndAnUnknownOneNamesThem) {
   for (const ExportFormat& format : export_formats()) EXPECT_GT(export_model(model, format.name).size(), 1000u) << format.name;
   EXPECT_EQ(export_model(model, "ply"), export_ply(model));
   EXPECT_EQ(export_model(model, "bt"), export_bt(model));
-  EXPECT_EQ(export_model(model, "periplus").substr(0, 17), "PERIPLUS-MODEL 3\n");
+  EXPECT_EQ(export_model(model, "periplus").substr(0, 17), "PERIPLUS-MODEL 4\n");
   try {
     export_model(model, "stl");
     FAIL();

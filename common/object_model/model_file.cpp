@@ -15,9 +15,9 @@ namespace periplus::object_model {
 
 namespace {
 
-constexpr std::string_view kMagic = "PERIPLUS-MODEL 3\n";
-constexpr std::string_view kMagicsBefore[] = {"PERIPLUS-MODEL 1\n", "PERIPLUS-MODEL 2\n"};
-constexpr std::uint32_t kVersion = 3;
+constexpr std::string_view kMagic = "PERIPLUS-MODEL 4\n";
+constexpr std::string_view kMagicsBefore[] = {"PERIPLUS-MODEL 1\n", "PERIPLUS-MODEL 2\n", "PERIPLUS-MODEL 3\n"};
+constexpr std::uint32_t kVersion = 4;
 constexpr std::size_t kDigest = 64;
 constexpr std::size_t kMostViews = 4096, kMostEvents = 4096, kMostFeatures = 8192, kMostDescriptor = 512;
 constexpr std::uint32_t kMostPixelsASide = 8192;
@@ -55,7 +55,7 @@ std::uint64_t claimed(const proto::View& v) {
 std::uint64_t claimed(const proto::Model& m) {
   std::uint64_t sum = 0;
   for (const proto::Array* array : {&m.occupied(), &m.known(), &m.environment(), &m.known_solids(), &m.points(), &m.seen(), &m.solid(), &m.votes(), &m.tsdf(),
-                                   &m.evidence_bricks(), &m.tsdf_bricks(), &m.tsdf_free(), &m.log_odds_bricks(), &m.log_odds()})
+                                   &m.evidence_bricks(), &m.tsdf_bricks(), &m.tsdf_free(), &m.tsdf_distinct(), &m.tsdf_places(), &m.log_odds_bricks(), &m.log_odds()})
     sum += claimed(*array);
   return sum;
 }
@@ -279,6 +279,37 @@ void scatter(const std::vector<T>& from, const std::vector<std::uint32_t>& held,
     std::copy_n(&from[n * voxel::kBrickVoxels], voxel::kBrickVoxels, values(field.hold(held[n])).begin());
 }
 
+// Distances as version 3 wrote them: a sample for each voxel of the bricks named.
+void read_every_sample(const proto::Model& from, const std::vector<std::uint32_t>& bricks, Tsdf& to) {
+  const auto samples = unpack<TsdfSample>(from.tsdf(), bricks.size() * voxel::kBrickVoxels, "tsdf");
+  TsdfBrick brick;
+  for (std::size_t n = 0; n < bricks.size(); ++n) {
+    std::copy_n(&samples[n * voxel::kBrickVoxels], voxel::kBrickVoxels, brick.begin());
+    to.bricks().hold(bricks[n]) = PackedTsdfBrick(brick);
+  }
+}
+
+void read_distinct_samples(const proto::Model& from, const std::vector<std::uint32_t>& bricks, Tsdf& to) {
+  const auto distinct = unpack<std::uint16_t>(from.tsdf_distinct(), bricks.size(), "tsdf_distinct");
+  std::size_t all_samples = 0, all_words = 0;
+  for (const std::uint16_t n : distinct) {
+    require(n >= 1 && n <= voxel::kBrickVoxels, ErrorCode::bad_size, "the model's `tsdf_distinct` must lie between 1 and 512");
+    all_samples += n;
+    all_words += PackedTsdfBrick::word_count(n);
+  }
+  const auto samples = unpack<TsdfSample>(from.tsdf(), all_samples, "tsdf");
+  const auto words = unpack<std::uint64_t>(from.tsdf_places(), all_words, "tsdf_places");
+  auto sample = samples.begin();
+  auto word = words.begin();
+  for (std::size_t n = 0; n < bricks.size(); ++n) {
+    const auto last_sample = sample + distinct[n];
+    const auto last_word = word + static_cast<std::ptrdiff_t>(PackedTsdfBrick::word_count(distinct[n]));
+    to.bricks().hold(bricks[n]) = PackedTsdfBrick({sample, last_sample}, {word, last_word});
+    sample = last_sample;
+    word = last_word;
+  }
+}
+
 void read_bricks(const proto::Model& from, ModelState& to) {
   const auto evidence = bricks(from.evidence_bricks(), to.evidence.bricks().size(), "evidence_bricks");
   const std::size_t counters = evidence.size() * voxel::kBrickVoxels;
@@ -294,7 +325,10 @@ void read_bricks(const proto::Model& from, ModelState& to) {
   }
   to.tsdf.free() = unpack<TsdfSample>(from.tsdf_free(), to.tsdf.bricks().size(), "tsdf_free");
   const auto tsdf = bricks(from.tsdf_bricks(), to.tsdf.bricks().size(), "tsdf_bricks");
-  scatter(unpack<TsdfSample>(from.tsdf(), tsdf.size() * voxel::kBrickVoxels, "tsdf"), tsdf, to.tsdf.bricks(), [](TsdfBrick& b) -> auto& { return b; });
+  if (from.version() < 4)
+    read_every_sample(from, tsdf, to.tsdf);
+  else
+    read_distinct_samples(from, tsdf, to.tsdf);
 }
 
 // As versions 1 and 2 wrote them: a value for every voxel of the grid.
@@ -305,14 +339,40 @@ void read_every_voxel(const proto::Model& from, const voxel::GridGeometry& g, Mo
   const auto votes = unpack<std::uint8_t>(from.votes(), voxels, "votes");
   const auto tsdf = unpack<TsdfSample>(from.tsdf(), voxels, "tsdf");
   to.mode = CarvingMode::conservative;
-  std::size_t i = 0;
-  for (int x = 0; x < g.size.x(); ++x)
-    for (int y = 0; y < g.size.y(); ++y)
-      for (int z = 0; z < g.size.z(); ++z, ++i) {
-        const VoxelEvidence e{points[i], seen[i], solid[i], votes[i]};
-        if (e != VoxelEvidence{}) to.evidence.set({x, y, z}, e);
-        if (tsdf[i].weight != 0) to.tsdf.set({x, y, z}, tsdf[i]);
-      }
+  TsdfBrick samples;
+  for (std::size_t b = 0; b < to.tsdf.bricks().size(); ++b) {
+    samples.fill({});
+    bool any = false;
+    const Eigen::Vector3i first = 8 * g.brick_position(b);
+    for (int n = 0; n < voxel::kBrickVoxels; ++n) {
+      const Eigen::Vector3i v = first + Eigen::Vector3i(n >> 6, n >> 3 & 7, n & 7);
+      if (!g.contains(v)) continue;
+      const std::size_t i = voxel::voxel_index(g, v);
+      const VoxelEvidence e{points[i], seen[i], solid[i], votes[i]};
+      if (e != VoxelEvidence{}) to.evidence.set(v, e);
+      samples[static_cast<std::size_t>(n)] = tsdf[i];
+      any |= tsdf[i].weight != 0;
+    }
+    if (any) to.tsdf.bricks().hold(b) = PackedTsdfBrick(samples);
+  }
+}
+
+void put_distances(const Tsdf& from, proto::Model& to) {
+  const auto bricks = held(from.bricks());
+  std::vector<std::uint16_t> distinct;
+  std::vector<TsdfSample> samples;
+  std::vector<std::uint64_t> words;
+  for (const std::uint32_t b : bricks) {
+    const PackedTsdfBrick& brick = *from.bricks().find(b);
+    distinct.push_back(static_cast<std::uint16_t>(brick.distinct().size()));
+    samples.insert(samples.end(), brick.distinct().begin(), brick.distinct().end());
+    words.insert(words.end(), brick.words().begin(), brick.words().end());
+  }
+  pack(from.free(), *to.mutable_tsdf_free());
+  pack(bricks, *to.mutable_tsdf_bricks());
+  pack(distinct, *to.mutable_tsdf_distinct());
+  pack(samples, *to.mutable_tsdf());
+  pack(words, *to.mutable_tsdf_places());
 }
 
 void put_state(const ModelState& from, proto::Model& to) {
@@ -339,17 +399,13 @@ void put_state(const ModelState& from, proto::Model& to) {
   pack(gathered<std::uint16_t>(from.evidence.bricks(), evidence, [](const EvidenceBrick& b) { return b.seen; }), *to.mutable_seen());
   pack(gathered<std::uint16_t>(from.evidence.bricks(), evidence, [](const EvidenceBrick& b) { return b.solid; }), *to.mutable_solid());
   pack(gathered<std::uint8_t>(from.evidence.bricks(), evidence, [](const EvidenceBrick& b) { return b.votes; }), *to.mutable_votes());
-  static_assert(sizeof(TsdfSample) == 6 * sizeof(float));
   if (from.mode) to.set_is_probabilistic(*from.mode == CarvingMode::probabilistic);
   if (from.mode == CarvingMode::probabilistic) {
     const auto log_odds = held(from.log_odds.bricks());
     pack(log_odds, *to.mutable_log_odds_bricks());
     pack(gathered<std::int16_t>(from.log_odds.bricks(), log_odds, [](const LogOddsBrick& b) { return b; }), *to.mutable_log_odds());
   }
-  pack(from.tsdf.free(), *to.mutable_tsdf_free());
-  const auto tsdf = held(from.tsdf.bricks());
-  pack(tsdf, *to.mutable_tsdf_bricks());
-  pack(gathered<TsdfSample>(from.tsdf.bricks(), tsdf, [](const TsdfBrick& b) { return b; }), *to.mutable_tsdf());
+  put_distances(from.tsdf, to);
   to.set_version(kVersion);
   to.set_imported(from.imported);
   for (const ModelEvent& e : from.history) {
@@ -383,7 +439,6 @@ ModelState state(const proto::Model& from) {
   g.voxel_size = from.voxel_m();
   for (int n = 0; n < 3; ++n) g.size[n] = static_cast<int>(std::min<std::uint32_t>(from.size(n), 1u << 20));
   g.check();
-  check_voxel_count(g);
   const Eigen::Vector3i nb = g.bricks();
   const std::size_t words = static_cast<std::size_t>(nb.x()) * nb.y() * nb.z() * 8;
   auto occupied = unpack<std::uint64_t>(from.occupied(), words, "occupied");
@@ -481,7 +536,7 @@ ObjectModel read_model(std::string_view file) {
       throw_error(ErrorCode::bad_input, "a Periplus model of version " + std::string(file.substr(kName.size(), end - kName.size())) +
                                             "; this program reads versions 1 to " + std::to_string(kVersion) + ": use the program that wrote it");
     }
-    throw_error(ErrorCode::bad_input, "not a Periplus model: it must begin with \"PERIPLUS-MODEL 3\"");
+    throw_error(ErrorCode::bad_input, "not a Periplus model: it must begin with \"PERIPLUS-MODEL 4\"");
   }
   const std::size_t header = kMagic.size() + kDigest + 1;
   require(file.size() > header, ErrorCode::bad_input, "the model file ends within its header");

@@ -1,11 +1,11 @@
 // The file format `model.periplus`, and the same in parts for a database.
 //
-// File: the line "PERIPLUS-MODEL 3\n", 64 hexadecimal digits (SHA-256 of the rest), "\n", then a periplus.proto.Model
+// File: the line "PERIPLUS-MODEL 4\n", 64 hexadecimal digits (SHA-256 of the rest), "\n", then a periplus.proto.Model
 // (model.proto) with all its views. What is read is hostile until checked: version, checksum, sizes, counts and numbers;
-// at most 2^24 voxels, 4096 views and 2 GiB of unpacked arrays, checked before they are unpacked.
+// at most 512 voxels a side, 4096 views and 2 GiB of unpacked arrays, checked before they are unpacked.
 // The history, which has the time of day, is left to the database: two runs that saw the same write the same file.
-// Versions 1 and 2 are read too: of both, evidence and distances stand for every voxel of the grid; version 1 kept the left eye's depth
-// alone, and cannot be carved again.
+// Versions 1 to 3 are read too: of 3, distances stand for every voxel of the bricks it names; of 1 and 2, evidence and distances for every
+// voxel of the grid; version 1 kept the left eye's depth alone, and cannot be carved again.
 // Errors: bad_input with what is wrong; not_finite; bad_size.
 #pragma once
 

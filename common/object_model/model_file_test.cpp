@@ -20,6 +20,13 @@ namespace {
 
 using namespace testing;
 
+template <class T>
+void put_array(const std::vector<T>& from, proto::Array& to) {
+  to.set_elements(from.size());
+  to.set_element_bytes(sizeof(T));
+  to.set_deflated(pack_bytes(from.data(), from.size(), sizeof(T)));
+}
+
 ObjectModel small_model() {
   const Sphere sphere;
   ObjectModel model("ball", box_around(sphere), 0.025, {.revision = "abc", .collision = nullptr, .occluders = {}});
@@ -115,8 +122,8 @@ TEST(ModelFile, OtherVersionsAreNamed) {
     return "";
   };
   std::string file = write_model(small_model());
-  file.replace(0, std::string("PERIPLUS-MODEL 3").size(), "PERIPLUS-MODEL 12");
-  EXPECT_NE(refusal(file).find("version 12; this program reads versions 1 to 3"), std::string::npos);
+  file.replace(0, std::string("PERIPLUS-MODEL 4").size(), "PERIPLUS-MODEL 12");
+  EXPECT_NE(refusal(file).find("version 12; this program reads versions 1 to 4"), std::string::npos);
   for (const char* text : {"", "PERIPLUS-MODEL ", "PERIPLUS-MODEL \n", "PERIPLUS-MODEL x\n", "PERIPLUS-MODEL 99999999999999\n", "resolution_px: [640, 480]\n"})
     EXPECT_NE(refusal(text).find("must begin with"), std::string::npos) << text;
 }
@@ -131,7 +138,7 @@ TEST(ModelFile, DamageIsNoticedByTheChecksum) {
   flipped[file.size() / 2] ^= 1;
   EXPECT_THROW(read_model(flipped), Error);
   std::string newer = file;
-  newer[15] = '4';
+  newer[15] = '5';
   EXPECT_THROW(read_model(newer), Error);
 }
 
@@ -145,6 +152,50 @@ TEST(ModelFile, ReadsVersion2) {
   expect_same(model, read_model(packed(payload)));
 }
 
+TEST(ModelFile, ReadsVersion3) {
+  const ObjectModel model = small_model();
+  proto::Model m;
+  ASSERT_TRUE(m.ParseFromString(write_model(model).substr(17 + 64 + 1)));
+  ASSERT_GT(model.state().tsdf.bricks().held(), 10u);
+  put_every_sample(model, m);
+  m.set_version(3);
+  const std::string payload = m.SerializeAsString();
+  const ObjectModel old = read_model("PERIPLUS-MODEL 3\n" + sha256_hex(payload) + "\n" + payload);
+  expect_same(model, old);
+  EXPECT_EQ(write_model(old), write_model(model));
+}
+
+// Distinct samples of a brick, and the places of its voxels among them.
+TEST(ModelFile, PlacesAmongDistinctSamplesAreChecked) {
+  const ObjectModel model = small_model();
+  proto::Model m;
+  ASSERT_TRUE(m.ParseFromString(write_model(model).substr(17 + 64 + 1)));
+  const auto refusal = [&](const std::vector<std::uint16_t>& distinct, std::size_t samples, const std::vector<std::uint64_t>& places) -> std::string {
+    proto::Model bad = m;
+    std::vector<std::uint32_t> bricks;
+    for (std::uint32_t b = 0; b < distinct.size(); ++b) bricks.push_back(b);
+    put_array(bricks, *bad.mutable_tsdf_bricks());
+    put_array(distinct, *bad.mutable_tsdf_distinct());
+    put_array(std::vector<TsdfSample>(samples), *bad.mutable_tsdf());
+    put_array(places, *bad.mutable_tsdf_places());
+    const std::string payload = bad.SerializeAsString();
+    try {
+      read_model("PERIPLUS-MODEL 4\n" + sha256_hex(payload) + "\n" + payload);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::vector<std::uint64_t> two_bits(16, 0xaaaaaaaaaaaaaaaa);
+  EXPECT_EQ(refusal({1, 3, 1}, 5, two_bits), "");
+  EXPECT_NE(refusal({1, 0, 1}, 2, {}).find("between 1 and 512"), std::string::npos);
+  EXPECT_NE(refusal({1, 513, 1}, 515, std::vector<std::uint64_t>(128)).find("between 1 and 512"), std::string::npos);
+  EXPECT_NE(refusal({1, 3, 1}, 6, two_bits).find("`tsdf`"), std::string::npos);
+  EXPECT_NE(refusal({1, 3, 1}, 5, std::vector<std::uint64_t>(15)).find("`tsdf_places`"), std::string::npos);
+  EXPECT_NE(refusal({1, 3, 1}, 5, std::vector<std::uint64_t>(16, 0xffffffffffffffff)).find("which its brick has not"), std::string::npos)
+      << refusal({1, 3, 1}, 5, std::vector<std::uint64_t>(16, 0xffffffffffffffff));
+}
+
 // Bricks that the grid has not, or not in order.
 TEST(ModelFile, NamesOfBricksAreChecked) {
   const ObjectModel model = small_model();
@@ -152,14 +203,14 @@ TEST(ModelFile, NamesOfBricksAreChecked) {
   ASSERT_TRUE(m.ParseFromString(write_model(model).substr(17 + 64 + 1)));
   const auto refused = [&](const std::vector<std::uint32_t>& bricks) {
     proto::Model bad = m;
-    bad.mutable_tsdf_bricks()->set_elements(bricks.size());
-    bad.mutable_tsdf_bricks()->set_deflated(pack_bytes(bricks.data(), bricks.size(), 4));
-    bad.mutable_tsdf()->set_elements(512 * bricks.size());
-    const std::vector<TsdfSample> samples(512 * bricks.size());
-    bad.mutable_tsdf()->set_deflated(pack_bytes(samples.data(), samples.size(), sizeof(TsdfSample)));
+    put_array(bricks, *bad.mutable_tsdf_bricks());
+    const std::vector<std::uint16_t> distinct(bricks.size(), 1);
+    put_array(distinct, *bad.mutable_tsdf_distinct());
+    put_array(std::vector<TsdfSample>(bricks.size()), *bad.mutable_tsdf());
+    put_array(std::vector<std::uint64_t>(), *bad.mutable_tsdf_places());
     const std::string payload = bad.SerializeAsString();
     try {
-      read_model("PERIPLUS-MODEL 3\n" + sha256_hex(payload) + "\n" + payload);
+      read_model("PERIPLUS-MODEL 4\n" + sha256_hex(payload) + "\n" + payload);
     } catch (const Error&) {
       return true;
     }
@@ -197,7 +248,7 @@ TEST(ModelFile, ReadsVersion1) {
   EXPECT_FALSE(read_model(write_model(old)).can_be_revised());
   m.clear_views();
   EXPECT_FALSE(is_current(m.SerializeAsString()));
-  m.set_version(4);
+  m.set_version(5);
   EXPECT_THROW(read_parts(m.SerializeAsString(), {}), Error);
 }
 
@@ -271,8 +322,12 @@ TEST(ModelFile, ClaimsBeyondTheLimitsAreRefusedBeforeUnpacking) {
   proto::Model huge;
   ASSERT_TRUE(huge.ParseFromString(state));
   huge.clear_references();
-  for (int n = 0; n < 3; ++n) huge.set_size(n, 512);
-  EXPECT_NE(refusal(huge.SerializeAsString(), {}).find("at most 16777216 voxels"), std::string::npos) << refusal(huge.SerializeAsString(), {});
+  for (int n = 0; n < 3; ++n) huge.set_size(n, 513);
+  EXPECT_NE(refusal(huge.SerializeAsString(), {}).find("1 to 512 voxels along each axis"), std::string::npos) << refusal(huge.SerializeAsString(), {});
+  huge.ParseFromString(state);
+  huge.clear_references();
+  huge.mutable_tsdf_places()->set_elements(std::uint64_t{1} << 28);
+  EXPECT_NE(refusal(huge.SerializeAsString(), {}).find("over 2 GiB"), std::string::npos) << refusal(huge.SerializeAsString(), {});
 
   proto::View large;
   ASSERT_TRUE(large.ParseFromString(view));

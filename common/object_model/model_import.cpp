@@ -87,7 +87,6 @@ ModelState state_of(const CellBounds& bounds, double voxel_size, const std::stri
     g.X_WG.translation()[n] = static_cast<double>(bounds.least[axis]) * voxel_size;
   }
   g.check();
-  check_voxel_count(g);
   ModelState s;
   s.imported = true;
   s.object_id = object_id;

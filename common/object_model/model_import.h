@@ -1,6 +1,6 @@
 // Maps and clouds of other programs as object models. Metres; the axes of the file are the world's.
 //
-// A file is hostile until checked: headers, sizes, counts and numbers are judged, and at most 2^24 voxels, 512 a side, are
+// A file is hostile until checked: headers, sizes, counts and numbers are judged, and at most 512 voxels a side are
 // asked for, before memory is taken for them. Errors: bad_input with what is wrong.
 //
 // What comes of it has no views and no signed distances: its surface is its known voxels. Those carry as many points as

@@ -17,8 +17,6 @@ namespace periplus::object_model {
 
 namespace {
 
-constexpr std::size_t kMostVoxels = std::size_t{1} << 24;
-
 void check_perception(const Perception& p) {
   require(is_finite(p.X_WC) && p.covariance.allFinite() && std::isfinite(p.silhouette_valid_share), ErrorCode::not_finite,
           "a perception's pose, covariance and valid share must be finite");
@@ -73,13 +71,6 @@ bool same_box(const ObjectBox& a, const ObjectBox& b) {
   return a.X_WB.matrix().isApprox(b.X_WB.matrix(), 1e-9) && a.size.isApprox(b.size, 1e-9);
 }
 
-void check_voxel_count(const voxel::GridGeometry& g) {
-  const std::size_t n = static_cast<std::size_t>(g.size.x()) * g.size.y() * g.size.z();
-  require(n <= kMostVoxels, ErrorCode::bad_input,
-          "an object model takes at most 16777216 voxels, this box and voxel size need " + std::to_string(n) +
-              "; choose larger voxels or a smaller box");
-}
-
 std::vector<voxel::Occluder> occluders_of(const scene::Scene& scene) {
   std::vector<voxel::Occluder> out;
   for (const scene::Solid& solid : scene.solids) switch (solid.shape) {
@@ -106,7 +97,6 @@ std::vector<voxel::Occluder> occluders_of(const scene::Scene& scene) {
 ObjectModel::ObjectModel(const std::string& object_id, const ObjectBox& box, double voxel_size, const Surroundings& surroundings,
                          std::uint32_t revision) {
   const voxel::GridGeometry g = voxel::GridGeometry::from_box(box.X_WB, box.size, voxel_size);
-  check_voxel_count(g);
   state_.object_id = object_id;
   state_.environment_revision = surroundings.revision;
   state_.begun_box = state_.box = box;
@@ -142,7 +132,6 @@ ObjectModel::ObjectModel(const std::string& object_id, const ObjectBox& box, dou
 ObjectModel::ObjectModel(ModelState state) : state_(std::move(state)) {
   const voxel::GridGeometry& g = state_.grid.geometry();
   g.check();
-  check_voxel_count(g);
   const std::size_t bricks = voxel::brick_count(g);
   require(state_.known_solids.size() == state_.grid.occupied().size() && state_.evidence.bricks().size() == bricks &&
               state_.log_odds.bricks().size() == bricks && state_.tsdf.bricks().size() == bricks &&
@@ -155,7 +144,7 @@ ObjectModel::ObjectModel(ModelState state) : state_(std::move(state)) {
   };
   for (std::size_t b = 0; b < bricks; ++b) {
     check(state_.tsdf.free()[b]);
-    if (const TsdfBrick* brick = state_.tsdf.bricks().find(b)) std::for_each(brick->begin(), brick->end(), check);
+    if (const PackedTsdfBrick* brick = state_.tsdf.bricks().find(b)) std::for_each(brick->distinct().begin(), brick->distinct().end(), check);
   }
 }
 

@@ -162,9 +162,11 @@ TEST(ObjectModel, CautiousViewsEmptyLess) {
   EXPECT_EQ(cautious.grid().counts().empty, 0u);
 }
 
-TEST(ObjectModel, RefusesTooManyVoxels) {
+TEST(ObjectModel, TakesFiveHundredAndTwelveVoxelsASideAndNoMore) {
   ObjectBox box;
-  box.size = {2, 2, 2};
+  box.size = {2.56, 2.56, 2.56};
+  EXPECT_EQ(ObjectModel("big", box, 0.005, {}).grid().counts().unknown, std::uint64_t{1} << 27);
+  box.size.z() = 2.57;
   EXPECT_THROW(ObjectModel("big", box, 0.005, {}), Error);
 }
 

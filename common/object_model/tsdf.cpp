@@ -27,30 +27,35 @@ ImageF speaking(const DepthMap& map, const PixelLimits& limits) {
 
 TsdfSample Tsdf::at(const Eigen::Vector3i& v) const {
   const std::size_t at = voxel::brick_of(geometry_, v);
-  const TsdfBrick* brick = bricks_.find(at);
-  return brick ? (*brick)[static_cast<std::size_t>(voxel::within_brick(v))] : free_[at];
+  const PackedTsdfBrick* brick = bricks_.find(at);
+  return brick ? brick->at(voxel::within_brick(v)) : free_[at];
 }
 
 void Tsdf::set(const Eigen::Vector3i& v, const TsdfSample& sample) {
   const std::size_t at = voxel::brick_of(geometry_, v);
-  if (!bricks_.find(at)) bricks_.hold(at) = brick(at, voxel::all_voxels(geometry_));
-  (*bricks_.find(at))[static_cast<std::size_t>(voxel::within_brick(v))] = sample;
+  TsdfBrick samples;
+  unpack(at, samples);
+  samples[static_cast<std::size_t>(voxel::within_brick(v))] = sample;
+  bricks_.hold(at) = PackedTsdfBrick(samples);
 }
 
-TsdfBrick Tsdf::brick(std::size_t at, const std::vector<std::uint64_t>& inside) const {
-  if (const TsdfBrick* held = bricks_.find(at)) return *held;
-  TsdfBrick out{};
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (inside[8 * at + i / 64] >> i % 64 & 1) out[i] = free_[at];
-  }
-  return out;
+void Tsdf::unpack(std::size_t brick, TsdfBrick& samples) const {
+  if (const PackedTsdfBrick* held = bricks_.find(brick)) return held->unpack(samples);
+  const auto inside = voxel::brick_voxels(geometry_, brick);
+  for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = inside[i / 64] >> i % 64 & 1 ? free_[brick] : TsdfSample{};
 }
 
 bool Tsdf::operator==(const Tsdf& other) const {
   if (bricks_.size() != other.bricks_.size()) return false;
-  const std::vector<std::uint64_t> all = voxel::all_voxels(geometry_);
+  TsdfBrick mine, theirs;
   for (std::size_t b = 0; b < bricks_.size(); ++b) {
-    if (!bricks_.find(b) && !other.bricks_.find(b) ? !(free_[b] == other.free_[b]) : brick(b, all) != other.brick(b, all)) return false;
+    if (!bricks_.find(b) && !other.bricks_.find(b)) {
+      if (!(free_[b] == other.free_[b])) return false;
+      continue;
+    }
+    unpack(b, mine);
+    other.unpack(b, theirs);
+    if (mine != theirs) return false;
   }
   return true;
 }
@@ -63,23 +68,23 @@ void Tsdf::integrate(const DepthMap& map, const PixelLimits& limits, const Image
   const BlockRange ranges(depths);
   simd = voxel::resolve(simd);
   const auto most = static_cast<float>(truncation), clearance = static_cast<float>(kSolidClearance * h), band = static_cast<float>(kColorBand * h);
-  const std::vector<std::uint64_t> all = voxel::all_voxels(geometry_);
   LayerPixels pixels[8];
+  TsdfBrick samples;
   for_each_brick_in_view(projection, geometry_, [&](std::size_t brick, int bx, int by, int bz, const BrickView& view) {
-    TsdfBrick* samples = bricks_.find(brick);
     float least = 0, greatest = kFarthest;
     if (view.in_front) ranges.range(view.x0, view.y0, view.x1, view.y1, least, greatest);
     if (greatest < static_cast<float>(view.near) - most) return;  // all of it is far behind what was seen
-    if (!samples && view.inside && least > static_cast<float>(view.far) + most) {
+    if (view.inside && least > static_cast<float>(view.far) + most && !bricks_.find(brick)) {
       TsdfSample& free = free_[brick];
       free.distance = (free.distance * free.weight + most) / (free.weight + 1);
       free.weight += 1;
       return;
     }
+    const auto voxels = voxel::brick_voxels(geometry_, brick);
     bool any = false;
     for (int x = 0; x < 8; ++x) {
       layer_pixels(projection.camera, 8 * bx + x, 8 * by, 8 * bz, pixels[x], simd);
-      const std::uint64_t inside = all[8 * brick + static_cast<std::size_t>(x)];
+      const std::uint64_t inside = voxels[static_cast<std::size_t>(x)];
       for (int i = 0; i < kLayer; ++i) {
         std::int32_t& pixel = pixels[x].pixel[i];
         const auto at = static_cast<std::size_t>(std::max(pixel, 0));
@@ -91,11 +96,7 @@ void Tsdf::integrate(const DepthMap& map, const PixelLimits& limits, const Image
       }
     }
     if (!any) return;
-    if (!samples) {
-      const TsdfBrick free = this->brick(brick, all);
-      samples = &bricks_.hold(brick);
-      *samples = free;
-    }
+    unpack(brick, samples);
     for (int x = 0; x < 8; ++x) {
       for (int i = 0; i < kLayer; ++i) {
         const std::int32_t pixel = pixels[x].pixel[i];
@@ -103,7 +104,7 @@ void Tsdf::integrate(const DepthMap& map, const PixelLimits& limits, const Image
         const auto at = static_cast<std::size_t>(pixel);
         const PixelKind kind = limits.kind.data[at];
         const float s = depths.data[at] - pixels[x].depth[i];
-        TsdfSample& sample = (*samples)[static_cast<std::size_t>(64 * x + i)];
+        TsdfSample& sample = samples[static_cast<std::size_t>(64 * x + i)];
         // What lies behind the surface is seen with fading certainty.
         const float weight = s < 0 ? 1 + s / most : 1.0f;
         const float sum = sample.weight + weight;
@@ -117,6 +118,7 @@ void Tsdf::integrate(const DepthMap& map, const PixelLimits& limits, const Image
         sample.color_weight = color_sum;
       }
     }
+    bricks_.hold(brick) = PackedTsdfBrick(samples);
   });
 }
 

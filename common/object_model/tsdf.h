@@ -2,24 +2,13 @@
 // where the surface lies within the voxels. Distances are along the optical axis, positive before the surface [m].
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <vector>
 
 #include "common/object_model/carving.h"
+#include "common/object_model/tsdf_brick.h"
 #include "common/voxel/brick_field.h"
 
 namespace periplus::object_model {
-
-struct TsdfSample {
-  float distance = 0;              // mean truncated distance [m]
-  float weight = 0;                // 0: never seen
-  float r = 0, g = 0, b = 0;       // mean colour, 0..255
-  float color_weight = 0;
-  bool operator==(const TsdfSample&) const = default;
-};
-
-using TsdfBrick = std::array<TsdfSample, voxel::kBrickVoxels>;
 
 class Tsdf {
  public:
@@ -28,15 +17,15 @@ class Tsdf {
 
   // Adds one depth map; `color` (rgb) must fit the map's camera and may be empty. Depths of known solids say only what is
   // free: the table gets no surface. A brick that depth maps have shown to be free as a whole, and nothing else, is kept as
-  // one sample. The same samples for any `simd`.
+  // one sample, other bricks are packed. The same samples for any `simd`.
   void integrate(const DepthMap& map, const PixelLimits& limits, const ImageU8& color, double truncation, voxel::Simd simd = voxel::Simd::best);
 
   // Of a voxel inside the grid.
   TsdfSample at(const Eigen::Vector3i& v) const;
   void set(const Eigen::Vector3i& v, const TsdfSample& sample);
 
-  const voxel::BrickField<TsdfBrick>& bricks() const { return bricks_; }
-  voxel::BrickField<TsdfBrick>& bricks() { return bricks_; }
+  const voxel::BrickField<PackedTsdfBrick>& bricks() const { return bricks_; }
+  voxel::BrickField<PackedTsdfBrick>& bricks() { return bricks_; }
   // Of the bricks that are not held: the sample of each of their voxels.
   const std::vector<TsdfSample>& free() const { return free_; }
   std::vector<TsdfSample>& free() { return free_; }
@@ -44,11 +33,11 @@ class Tsdf {
   bool operator==(const Tsdf& other) const;
 
  private:
-  // All of a brick's samples; zeros beyond the grid's size. `inside`: the words of all voxels of the grid.
-  TsdfBrick brick(std::size_t at, const std::vector<std::uint64_t>& inside) const;
+  // All of a brick's samples; zeros beyond the grid's size.
+  void unpack(std::size_t brick, TsdfBrick& samples) const;
 
   voxel::GridGeometry geometry_;
-  voxel::BrickField<TsdfBrick> bricks_;
+  voxel::BrickField<PackedTsdfBrick> bricks_;
   std::vector<TsdfSample> free_;
 };
 

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "common/object_model/testing/dense_tsdf.h"
+#include "common/object_model/testing/random_scene.h"
 #include "common/object_model/testing/sphere_views.h"
 
 namespace periplus::object_model {
@@ -111,6 +115,68 @@ TEST(Tsdf, HoldsWhatAPassOverAllVoxelsGives) {
   });
   EXPECT_GT(seen, 50000);
   EXPECT_LT(tsdf.bricks().held(), voxel::brick_count(g));
+}
+
+// Bricks that are free as a whole, in part, or hold a surface: whichever way they are kept, the samples are those of a field that keeps all.
+TEST(Tsdf, HoldsTheBitsOfADenseFieldOverRandomScenes) {
+  std::size_t seen = 0, held = 0, bricks = 0;
+  for (int number = 0; number < testing::scene_count(); ++number) {
+    const testing::RandomScene s(number);
+    const voxel::GridGeometry& g = s.geometry();
+    Tsdf tsdf(g);
+    testing::DenseTsdf dense(g);
+    Random random(static_cast<std::uint64_t>(number));
+    for (std::size_t n = 0; n < s.maps.size(); ++n) {
+      const DepthMap& map = s.maps[n];
+      PixelLimits limits{map.depth, Image<PixelKind>(map.depth.width, map.depth.height, 1, PixelKind::surface)};
+      // A block of pixels that say nothing, and one of a known solid's.
+      for (const PixelKind kind : {PixelKind::none, PixelKind::known_solid}) {
+        const auto left = static_cast<int>(random.below(120)), top = static_cast<int>(random.below(80));
+        for (int y = top; y < top + 30; ++y) {
+          for (int x = left; x < left + 30; ++x) limits.kind.at(x, y) = kind;
+        }
+      }
+      ImageU8 color;
+      if (n % 2 == 0) {
+        color = ImageU8(map.depth.width, map.depth.height, 3);
+        for (std::uint8_t& c : color.data) c = static_cast<std::uint8_t>(random.below(256));
+      }
+      // The settings may change between views.
+      const double truncation = (n < 6 ? 3 : 1) * g.voxel_size;
+      tsdf.integrate(map, limits, color, truncation);
+      dense.integrate(map, limits, color, truncation);
+    }
+    testing::for_each_voxel(g, [&](const Eigen::Vector3i& v) {
+      ASSERT_EQ(tsdf.at(v), dense.at(v)) << "scene " << number << ", voxel " << v.transpose();
+      seen += dense.at(v).weight > 0;
+    });
+    held += tsdf.bricks().held();
+    bricks += voxel::brick_count(g);
+  }
+  EXPECT_GT(seen, 10000u * static_cast<std::size_t>(testing::scene_count()));
+  EXPECT_GT(held, 0u);
+  EXPECT_LT(held, bricks);
+}
+
+// What was seen to be free by n depth maps is one sample, whatever n: such bricks take little, however many there are.
+TEST(Tsdf, BricksWithoutSurfaceHaveNoMoreSamplesThanDepthMaps) {
+  const testing::Sphere sphere;
+  const ObjectBox box = testing::box_around(sphere);
+  const voxel::GridGeometry g = voxel::GridGeometry::from_box(box.X_WB, box.size, 0.006);
+  Tsdf tsdf(g);
+  const int maps = 6;
+  for (int n = 0; n < maps; ++n) {
+    const DepthMap map = testing::ideal_view(sphere, n, maps).depth[0];
+    tsdf.integrate(map, {map.depth, Image<PixelKind>(map.depth.width, map.depth.height, 1, PixelKind::surface)}, {}, 0.018);
+  }
+  int free = 0;
+  for (std::size_t b = 0; b < tsdf.bricks().size(); ++b) {
+    const PackedTsdfBrick* brick = tsdf.bricks().find(b);
+    if (!brick || std::any_of(brick->distinct().begin(), brick->distinct().end(), [](const TsdfSample& s) { return s.weight > 0 && s.distance < 0.0179f; })) continue;
+    EXPECT_LE(brick->distinct().size(), 1u + maps);
+    ++free;
+  }
+  EXPECT_GT(free, 200);
 }
 
 TEST(Tsdf, EveryInstructionSetGivesTheSameBits) {

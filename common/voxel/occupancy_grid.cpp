@@ -1,5 +1,6 @@
 #include "common/voxel/occupancy_grid.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <string>
@@ -74,6 +75,13 @@ std::vector<std::uint64_t> all_voxels(const GridGeometry& geometry) {
   std::vector<std::uint64_t> plane(word_count(geometry));
   for_each_word(geometry, [&](std::size_t w, std::uint64_t mask) { plane[w] = mask; });
   return plane;
+}
+
+std::array<std::uint64_t, 8> brick_voxels(const GridGeometry& g, std::size_t brick) {
+  const Eigen::Vector3i left = g.size - 8 * g.brick_position(brick);
+  std::array<std::uint64_t, 8> words{};
+  for (int x = 0; x < std::min(8, left.x()); ++x) words[static_cast<std::size_t>(x)] = inside_mask(left.y(), left.z());
+  return words;
 }
 
 OccupancyGrid::OccupancyGrid(const GridGeometry& geometry) : geometry_(geometry) {

@@ -11,6 +11,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -29,6 +31,12 @@ struct GridGeometry {
     return X_WG * ((voxel.cast<double>().array() + 0.5) * voxel_size).matrix();
   }
   Eigen::Vector3i bricks() const { return (size.array() + 7) / 8; }
+  // (bx, by, bz) of a brick by its index.
+  Eigen::Vector3i brick_position(std::size_t brick) const {
+    const Eigen::Vector3i nb = bricks();
+    const int b = static_cast<int>(brick);
+    return {b / (nb.y() * nb.z()), b / nb.z() % nb.y(), b % nb.z()};
+  }
   bool contains(const Eigen::Vector3i& v) const {
     return (v.array() >= 0).all() && (v.array() < size.array()).all();
   }
@@ -52,6 +60,8 @@ struct Counts {
 
 // Plane of all voxels of a grid: the bits beyond its size are 0.
 std::vector<std::uint64_t> all_voxels(const GridGeometry& geometry);
+// Of it the words of one brick.
+std::array<std::uint64_t, 8> brick_voxels(const GridGeometry& geometry, std::size_t brick);
 
 class OccupancyGrid {
  public:

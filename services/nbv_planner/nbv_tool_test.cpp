@@ -174,7 +174,7 @@ TEST_F(NbvProgram, SaysWhatToDoAboutBadInput) {
   text = read_file(model);
   text[std::string("PERIPLUS-MODEL ").size()] = '9';
   write("newer.periplus", text);
-  refused(file("newer.periplus") + " " + hand, "version 9; this program reads versions 1 to 3");
+  refused(file("newer.periplus") + " " + hand, "version 9; this program reads versions 1 to 4");
 
   write("key.yaml", "resolution_px: [640, 480]\nhorizontal_fov_deg: 60\nbase_line_m: 0.1\n");
   refused(model + " " + file("key.yaml"), "baseline_m");

@@ -37,6 +37,22 @@ inline void put_every_voxel(const ObjectModel& model, proto::Model& m) {
   m.clear_evidence_bricks();
   m.clear_tsdf_bricks();
   m.clear_tsdf_free();
+  m.clear_tsdf_distinct();
+  m.clear_tsdf_places();
+}
+
+// As version 3 wrote distances: a sample for each voxel of the bricks named.
+inline void put_every_sample(const ObjectModel& model, proto::Model& m) {
+  std::vector<TsdfSample> samples;
+  const voxel::BrickField<PackedTsdfBrick>& bricks = model.state().tsdf.bricks();
+  for (std::size_t b = 0; b < bricks.size(); ++b) {
+    if (!bricks.find(b)) continue;
+    for (int n = 0; n < voxel::kBrickVoxels; ++n) samples.push_back(bricks.find(b)->at(n));
+  }
+  m.mutable_tsdf()->set_elements(samples.size());
+  m.mutable_tsdf()->set_deflated(pack_bytes(samples.data(), samples.size(), sizeof(TsdfSample)));
+  m.clear_tsdf_distinct();
+  m.clear_tsdf_places();
 }
 
 }  // namespace periplus::object_model::testing
