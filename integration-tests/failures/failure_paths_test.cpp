@@ -95,6 +95,19 @@ TEST_F(FailurePath, NoPathIsForbiddenAndAnotherViewAskedFor) {
   EXPECT_EQ(run.services.forbidden()[2].size(), 2u);
 }
 
+// No other view helps, and no service is to blame: the robot stays, and the model is kept.
+TEST_F(FailurePath, ARobotThatCannotLeaveItsPlaceEndsWithWhatItHas) {
+  run.services.fail("walk/plan", ErrorCode::walk_start_in_collision, "the half-sitting robot at the start touches the object");
+  const RunEnd end = run.run();
+  expect_end(end, 4, "at the start touches the object");
+  EXPECT_EQ(end.trace(), kFirstLook + " generate_posture plan_steps no_reachable_view");
+  EXPECT_EQ(run.services.calls("walk/plan"), 1);
+  EXPECT_EQ(run.services.calls("motion/walk"), 0);
+  EXPECT_TRUE(run.services.postures().empty());
+  EXPECT_GT(run.services.calls("model/export"), 0);
+  EXPECT_EQ(end.report.at("forbidden_poses").size(), 0u);
+}
+
 TEST_F(FailurePath, TenForbiddenPosesAtOneLookEnd) {
   run.services.fail("posture/generate", ErrorCode::posture_infeasible, "joint limits cannot be kept");
   const RunEnd end = run.run();

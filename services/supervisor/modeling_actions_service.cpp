@@ -252,6 +252,10 @@ Outcome ModelingActions::act(State state) {
       case ErrorCode::walk_goal_in_collision:
         if (state == State::plan_steps) return {impl_->forbid(Trigger::no_path), cause};
         break;
+      case ErrorCode::walk_start_in_collision:
+        // What is known to be an obstacle is where the robot stands: the way to any other view begins there too.
+        if (state == State::plan_steps) return {Trigger::no_view, cause};
+        break;
       default: break;
     }
     return {Trigger::failed, cause};

@@ -34,7 +34,7 @@ const std::vector<Transition>& transitions() {
       {S::generate_posture,    T::failed,           S::service_lost,        "posture generator error"},
       {S::plan_steps,          T::done,             S::walk,                "footsteps"},
       {S::plan_steps,          T::no_path,          S::next_view,           "pose forbidden, again"},
-      {S::plan_steps,          T::no_view,          S::no_reachable_view,   "too many forbidden poses at this look"},
+      {S::plan_steps,          T::no_view,          S::no_reachable_view,   "too many forbidden poses at this look, or no way from here"},
       {S::plan_steps,          T::failed,           S::service_lost,        "walk planner error"},
       {S::walk,                T::done,             S::set_posture,         "arrived"},
       {S::walk,                T::failed,           S::robot_fault,         "walk failed"},

@@ -82,6 +82,36 @@ TEST(FloorSpace, AnObjectAboveTheHeadDoesNotBlock) {
   EXPECT_EQ(floor.blocked({0, 0, 0}), Blocked::no);
 }
 
+// Voxels of 5 cm over all of the floor within half a metre, none of which anybody has looked at.
+voxel::OccupancyGrid unseen() {
+  return voxel::OccupancyGrid(voxel::GridGeometry::from_box(make_pose({0, 0, 0.5}, Eigen::Matrix3d::Identity()), {1, 1, 1}, 0.05));
+}
+
+TEST(FloorSpace, NoObjectIsWhereTheRobotStands) {
+  const voxel::OccupancyGrid grid = unseen();
+  const FloorSpace before(room_with({}), {}, &grid, {-3, -3}, {3, 3});
+  const Pose2 here{0.1, -0.05, 0.4};
+  EXPECT_EQ(before.blocked(here, 0.1), Blocked::by_object);
+  const FloorSpace floor = before.left_from(here, 0.1);
+  EXPECT_EQ(floor.blocked(here, 0.1), Blocked::no);
+  // Nothing is freed but what the robot covers: a side of the box moved outwards by a voxel touches again, and so it is a step further on.
+  EXPECT_EQ(floor.blocked(here, 0.1 - 0.05), Blocked::by_object);
+  for (const double turn : {-2.5, -1.2, 0.0, 0.9, 2.0}) {
+    const Pose2 aside{here.x + 0.1 * std::cos(turn), here.y + 0.1 * std::sin(turn), here.yaw};
+    EXPECT_EQ(floor.blocked(aside, 0.1), Blocked::by_object) << turn;
+  }
+  EXPECT_EQ(before.blocked(here, 0.1), Blocked::by_object);
+}
+
+TEST(FloorSpace, WhatDepthHasShownIsLeftWhereTheRobotStandsToo) {
+  voxel::OccupancyGrid grid = unseen();
+  const FloorSpace unknown(room_with({}), {}, &grid, {-3, -3}, {3, 3});
+  EXPECT_EQ(unknown.left_from({}, 0.1).blocked({}, 0.1), Blocked::no);
+  grid.set_state({10, 10, 15}, voxel::VoxelState::known);  // one, above all others of its column that are not
+  const FloorSpace seen(room_with({}), {}, &grid, {-3, -3}, {3, 3});
+  EXPECT_EQ(seen.left_from({}, 0.1).blocked({}, 0.1), Blocked::by_object);
+}
+
 TEST(FloorSpace, EmptyFloorIsRefused) { EXPECT_THROW(FloorSpace(room_with({}), {}, nullptr, {1, 0}, {0, 1}), Error); }
 
 }  // namespace

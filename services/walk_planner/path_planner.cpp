@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/random.h"
@@ -20,9 +21,9 @@ std::string text(const Pose2& p) {
 
 class Planner {
  public:
-  Planner(const FloorSpace& floor, const Pose2& start, const Pose2& goal, std::uint64_t seed,
+  Planner(FloorSpace floor, const Pose2& start, const Pose2& goal, std::uint64_t seed,
           const PathSettings& settings)
-      : floor_(floor), start_(start), goal_(goal), random_(seed), s_(settings) {}
+      : floor_(std::move(floor)), start_(start), goal_(goal), random_(seed), s_(settings) {}
 
   Path run() {
     check_end(start_, ErrorCode::walk_start_in_collision, "start");
@@ -187,7 +188,7 @@ class Planner {
     poses.back() = goal_;
   }
 
-  const FloorSpace& floor_;
+  const FloorSpace floor_;
   Pose2 start_, goal_;
   Random random_;
   PathSettings s_;
@@ -225,7 +226,7 @@ double steps_of(const Pose2& a, const Pose2& b) {
 Path plan_path(const FloorSpace& floor, const Pose2& start, const Pose2& goal, std::uint64_t seed,
                const PathSettings& settings) {
   settings.check();
-  return Planner(floor, start, goal, seed, settings).run();
+  return Planner(floor.left_from(start, settings.end_shrink), start, goal, seed, settings).run();
 }
 
 }  // namespace periplus::walk

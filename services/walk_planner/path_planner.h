@@ -32,6 +32,7 @@ struct Path {
   double length() const;     // on the floor [m]
 };
 
+// `floor` as it is for a robot that stands at `start` (FloorSpace::left_from, moved inwards by `end_shrink`).
 // Throws Error(walk_start_in_collision | walk_goal_in_collision | walk_no_path) with what was hit and where.
 Path plan_path(const FloorSpace& floor, const Pose2& start, const Pose2& goal, std::uint64_t seed,
                const PathSettings& settings = {});
