@@ -139,7 +139,8 @@ void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::Occ
 
 void carve_and_count(const DepthMap& map, const PixelLimits& limits, double margin_voxels, int votes, voxel::OccupancyGrid& grid, Evidence& evidence) {
   SeenThrough carving(grid, map.camera, map.X_WC, limits.limit, margin_voxels);
-  auto other = std::async(std::launch::async, [&] { carving.work(); });
+  // Where no thread starts, `deferred` leaves nothing to the other.
+  auto other = std::async(std::launch::async | std::launch::deferred, [&] { carving.work(); });
   add_points(map, limits, grid.geometry(), margin_voxels, evidence);
   carving.work();
   other.get();

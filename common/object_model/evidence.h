@@ -59,7 +59,8 @@ void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::Gri
 // Empties the voxels of a plane of seen_through(); where `votes` is above 1, only those that as many depth maps have shown to be empty.
 void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::OccupancyGrid& grid, Evidence& evidence);
 
-// What one depth map says to both: seen_through() and empty_voxels() for the grid, add_points() for the evidence, on two threads.
+// What one depth map says to both: seen_through() and empty_voxels() for the grid, add_points() for the evidence, on two threads where
+// two are to be had.
 void carve_and_count(const DepthMap& map, const PixelLimits& limits, double margin_voxels, int votes, voxel::OccupancyGrid& grid, Evidence& evidence);
 
 // Labels all occupied voxels but those of `environment`, the plane of what was known before the first look.

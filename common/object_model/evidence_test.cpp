@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <system_error>
+#include <thread>
+
+#include "common/core/testing/no_threads.h"
 
 namespace periplus::object_model {
 namespace {
@@ -59,6 +63,22 @@ TEST(Evidence, VoxelsAreSeenUpToAStandardDeviationBehindTheDepth) {
     EXPECT_EQ(s.at(11).seen > 100, next_is_seen) << sigma;
     EXPECT_EQ(s.at(12).seen, 0);
   }
+}
+
+// A process may have no thread left: one does the work then.
+TEST(Evidence, CarvesAndCountsAlikeWithoutASecondThread) {
+  WallAhead two(1.005f), one(1.005f);
+  two.grid.set_state({3, 3, 3}, voxel::VoxelState::environment);
+  one.grid.set_state({3, 3, 3}, voxel::VoxelState::environment);
+  carve_and_count(two.map, two.limits, kEvidenceSettings.margin_voxels, 1, two.grid, two.evidence);
+  {
+    const NoThreads none;
+    ASSERT_THROW(std::thread([] {}).join(), std::system_error);
+    carve_and_count(one.map, one.limits, kEvidenceSettings.margin_voxels, 1, one.grid, one.evidence);
+  }
+  EXPECT_EQ(one.grid.occupied(), two.grid.occupied());
+  EXPECT_TRUE(one.evidence == two.evidence);
+  EXPECT_EQ(one.state(2), voxel::VoxelState::empty);
 }
 
 // A voxel that would project to more than the image, as through a lens of any focal length.

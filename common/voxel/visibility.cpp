@@ -620,7 +620,8 @@ PairGain VisibilityScene::evaluate_pair(const Pose& X_WC, const StereoRig& rig, 
   std::future<void> right;
   if (w.beside) {
     w.beside->simd = w.simd;
-    right = std::async(std::launch::async, render_right, std::ref(*w.beside));
+    // Where no thread starts it is drawn by this one.
+    right = std::async(std::launch::async | std::launch::deferred, render_right, std::ref(*w.beside));
   }
   evaluate(X_WC, rig.camera, view, w, w.left);
   if (right.valid()) {

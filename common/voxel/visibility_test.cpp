@@ -10,6 +10,7 @@
 
 #include "common/core/error.h"
 #include "common/core/random.h"
+#include "common/core/testing/no_threads.h"
 #include "common/voxel/testing/carved_object.h"
 #include "common/voxel/testing/random_scene.h"
 #include "common/voxel/testing/ray_caster.h"
@@ -292,6 +293,23 @@ TEST(Visibility, EyesSideBySideSeeTheSame) {
     EXPECT_THROW(scene.evaluate_pair(nowhere, rig, {}, two), Error);
   }
   EXPECT_GT(seen, 500u);
+}
+
+// A process may have no thread left: one looks through both eyes then.
+TEST(Visibility, EyesSideBySideSeeTheSameWithoutASecondThread) {
+  Random random(16);
+  const OccupancyGrid grid = random_grid(random, {30, 26, 28}, 0.3);
+  const VisibilityScene scene(grid);
+  const Pose X_WC = random_view(random, grid.geometry(), 0.0, 1.0);
+  const StereoRig rig{Pinhole::from_vertical_fov(320, 240, 0.6), 0.1};
+  VisibilityWorkspace one, two;
+  two.beside = std::make_unique<VisibilityWorkspace>();
+  const PairGain a = scene.evaluate_pair(X_WC, rig, {.depth_min = 0, .more_than_pixels = 1}, one);
+  const NoThreads none;
+  const PairGain b = scene.evaluate_pair(X_WC, rig, {.depth_min = 0, .more_than_pixels = 1}, two);
+  EXPECT_GT(a.voxels, 0);
+  EXPECT_EQ(a.voxels, b.voxels);
+  EXPECT_EQ(a.pixels, b.pixels);
 }
 
 // The options leave out exactly what they say: the same list as an evaluation of everything, filtered.

@@ -97,7 +97,7 @@ std::vector<object_model::Feature> find_features(const ImageU8& left, const Imag
 
   // Both eyes at once.
   const bool pair = settings.selection.method != FeatureSelection::left_alone;
-  auto of_right = std::async(cv::getNumThreads() > 1 ? std::launch::async : std::launch::deferred, [&]() -> DetectedFeatures {
+  auto of_right = std::async(cv::getNumThreads() > 1 ? std::launch::async | std::launch::deferred : std::launch::deferred, [&]() -> DetectedFeatures {
     if (!pair) return {settings.detector.kind, {}, {}};
     const Pose X_WR = depth.X_WC * Eigen::Translation3d(rig.baseline, 0, 0);
     if (depth_maps.size() < 2) return detect_features(right, box_silhouette(camera, X_WR, box, settings.grow_box_m + 0.01), settings.detector, kRightSensitivity);

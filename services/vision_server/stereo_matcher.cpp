@@ -80,7 +80,7 @@ DisparityPair match(const ImageU8& left, const ImageU8& right, const DisparityRa
           ErrorCode::bad_input, "the disparity range must be a positive multiple of 16 pixels that fits the image");
   const cv::Mat l = view(left), r = view(right);
   // Both eyes at once: OpenCV spreads only parts of the work over its threads.
-  auto right_way = std::async(cv::getNumThreads() > 1 ? std::launch::async : std::launch::deferred,
+  auto right_way = std::async(cv::getNumThreads() > 1 ? std::launch::async | std::launch::deferred : std::launch::deferred,
                               [&] { return flipped(one_way(flipped(r), flipped(l), range, settings)); });
   const cv::Mat of_left = one_way(l, r, range, settings);
   const cv::Mat of_right = right_way.get();
