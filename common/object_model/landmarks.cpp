@@ -6,6 +6,8 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <set>
+#include <string>
 #include <tuple>
 #include <utility>
 
@@ -79,6 +81,28 @@ Landmark mean_of(std::span<const std::shared_ptr<const View>> views, const std::
   return out;
 }
 
+// Of kept matches, the view whose matches another view has.
+class KeptViews {
+ public:
+  explicit KeptViews(const KeptMatches& kept) {
+    for (const auto& [pair, matches] : kept.of)
+      for (const auto& view : {pair.first, pair.second}) {
+        views_.insert(view);
+        named_.emplace(view->view_id, view);
+      }
+  }
+  // Itself where there is none.
+  const std::shared_ptr<const View>& like(const std::shared_ptr<const View>& view) const {
+    if (views_.contains(view)) return view;
+    const auto it = named_.find(view->view_id);
+    return it != named_.end() && it->second->features == view->features ? it->second : view;
+  }
+
+ private:
+  std::set<std::shared_ptr<const View>> views_;
+  std::map<std::string, std::shared_ptr<const View>> named_;
+};
+
 constexpr double kFarthestVoxels = 8;  // that a landmark may lie away from its voxel
 
 bool is_object(const voxel::OccupancyGrid& grid, const Eigen::Vector3i& v) {
@@ -114,13 +138,17 @@ std::vector<SeenLandmark> merge_landmarks(std::span<const std::shared_ptr<const 
       if (!fresh && views[v]->features[it->second - first[v]].p_W == x.p_W) groups.join(it->second, first[v] + f);
     }
   }
+  const KeptViews old_views(old);
+  std::vector<std::shared_ptr<const View>> as_kept;
+  for (const auto& view : views) as_kept.push_back(old_views.like(view));
   std::vector<Joint> joints;
   for (std::size_t v = 0; v < views.size(); ++v)
     for (std::size_t w = v + 1; w < views.size(); ++w) {
       const auto &a = views[v]->features, &b = views[w]->features;
       if (views[v]->X_WC.linear().col(2).dot(views[w]->X_WC.linear().col(2)) < std::cos(std::min(settings.most_turn, std::numbers::pi))) continue;
       const std::pair pair(views[v], views[w]);
-      auto known = old.of.extract(pair);
+      auto known = old.of.extract({as_kept[v], as_kept[w]});
+      if (known) known.key() = pair;
       const auto at = known ? matches.of.insert(std::move(known)).position : matches.of.try_emplace(pair, match_views(a, b, settings.matching)).first;
       for (const FeatureMatch& m : at->second)
         if ((a[static_cast<std::size_t>(m.a)].p_W - b[static_cast<std::size_t>(m.b)].p_W).norm() <= settings.reach_m)

@@ -35,8 +35,8 @@ struct LandmarkSettings {
   void check() const;                  // throws Error(bad_input)
 };
 
-// What match_views found of pairs of views, kept from one call of merge_landmarks to the next: views never change. It holds the pairs of
-// the last call alone.
+// What match_views found of pairs of views, kept from one call of merge_landmarks to the next. It holds for a copy of a view, too, as growth
+// and revisions make them, if that goes by the same name and has the same features to the last bit. It holds the pairs of the last call alone.
 struct KeptMatches {
   MatchingSettings settings;           // they were found with
   std::map<std::pair<std::shared_ptr<const View>, std::shared_ptr<const View>>, std::vector<FeatureMatch>> of;

@@ -144,6 +144,30 @@ TEST(Landmarks, KeptMatchesGiveTheSameToTheLastBit) {
   for (auto& [pair, matches] : kept.of) EXPECT_TRUE(matches.empty());
 }
 
+// As a box that grows and a revision make them.
+TEST(Landmarks, CopiesOfAViewKeepItsMatchesWhileItsFeaturesAreTheSame) {
+  const Wall wall(60, 3, 0.002);
+  KeptMatches kept;
+  merge_landmarks(wall.views, {}, &kept);
+  for (auto& [pair, matches] : kept.of) matches.clear();  // whoever is matched anew has some again
+  std::vector<std::shared_ptr<const View>> views;
+  for (const auto& view : wall.views) {
+    auto copy = std::make_shared<View>(*view);
+    copy->result.revision += 7;
+    copy->X_WC.translation().x() += 0.01;
+    views.push_back(copy);
+  }
+  auto other = std::make_shared<View>(*views[2]);
+  other->features.pop_back();
+  views[2] = other;
+  merge_landmarks(views, {}, &kept);
+  ASSERT_EQ(kept.of.size(), 10u);
+  for (const auto& [pair, matches] : kept.of) {
+    EXPECT_EQ(matches.empty(), pair.first != other && pair.second != other) << pair.first->view_id << " " << pair.second->view_id;
+    for (const auto& view : {pair.first, pair.second}) EXPECT_NE(std::ranges::find(views, view), views.end()) << "an old view is held";
+  }
+}
+
 TEST(Landmarks, ManyObservationsPlaceItBetterThanOne) {
   const Wall wall(80, 11);
   double one = 0, mean = 0;

@@ -30,6 +30,7 @@ struct Feature {
   double size_m = 0;                                    // diameter on the surface
   DescriptorKind kind = DescriptorKind::root_sift;
   std::vector<std::uint8_t> descriptor;                 // descriptor_octets(kind), or none
+  bool operator==(const Feature&) const = default;
 };
 
 struct Perception {
