@@ -121,6 +121,13 @@ void box_of(const std::uint64_t (&set)[8], const Eigen::Vector3i& at, float (&mi
   }
 }
 
+// Each line along z the other way round.
+std::uint64_t with_lines_turned(std::uint64_t word) {
+  word = (word >> 1 & 0x5555555555555555ull) | (word & 0x5555555555555555ull) << 1;
+  word = (word >> 2 & 0x3333333333333333ull) | (word & 0x3333333333333333ull) << 2;
+  return (word >> 4 & 0x0f0f0f0f0f0f0f0full) | (word & 0x0f0f0f0f0f0f0f0full) << 4;
+}
+
 }  // namespace
 
 VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Occluder>& occluders,
@@ -213,6 +220,7 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
 
 void VisibilityScene::list_voxels() {
   list_.reserve(planes_.size());
+  codes_.reserve(8 * surface_ + 16);  // at most
   for (const Planes& p : planes_) {
     VisibilityBrick brick{};
     for (int a = 0; a < 3; ++a) brick.at[a] = p.at[a];
@@ -221,32 +229,33 @@ void VisibilityScene::list_voxels() {
       for (int d = 0; d < 6; ++d) any[x] |= p.free_face[d][x];
     }
     box_of(any, p.at, brick.middle, brick.extent);
+    std::uint32_t codes[512];
+    const auto is = [](std::uint64_t word, std::uint32_t bit) { return static_cast<std::uint32_t>(word >> bit & 1); };
+    for (std::uint32_t x = 0; x < 8; ++x) {
+      if (any[x] == 0) continue;
+      for (std::uint32_t bit = 0; bit < 64; ++bit)
+        codes[64 * x + bit] = x << kVoxelX | (bit >> 3) << kVoxelY | (bit & 7) << kVoxelZ | is(p.unknown[x], bit) * kVoxelUnknown |
+                              is(p.environment[x], bit) * kVoxelEnvironment | is(p.watched[x], bit) * kVoxelWatched;
+    }
     Counted counted{static_cast<std::int32_t>(list_.size()), 0, {}, {}};
     for (int octant = 0; octant < 8; ++octant) {
       brick.first[octant] = static_cast<std::uint32_t>(codes_.size());
       const int up[3] = {octant & 1, octant >> 1 & 1, octant >> 2 & 1};
-      std::uint64_t seen[8];
-      for (int x = 0; x < 8; ++x) seen[x] = p.free_face[up[0]][x] | p.free_face[2 + up[1]][x] | p.free_face[4 + up[2]][x];
+      std::uint32_t outward[512];
+      std::uint32_t* end = outward;
+      std::uint64_t of_interest = 0;
+      const int turned = (up[1] != 0 ? 56 : 0) | (up[2] != 0 ? 7 : 0);
       for (int i = 0; i < 8; ++i) {
         const int x = up[0] != 0 ? 7 - i : i;
-        std::uint64_t rest = seen[x];
-        while (rest != 0) {
-          const int y = (up[1] != 0 ? 63 - std::countl_zero(rest) : std::countr_zero(rest)) >> 3;
-          std::uint64_t line = rest & 0xffull << (8 * y);
-          rest &= ~line;
-          while (line != 0) {
-            const int bit = up[2] != 0 ? 63 - std::countl_zero(line) : std::countr_zero(line);
-            line &= ~(1ull << bit);
-            std::uint32_t code = static_cast<std::uint32_t>(x) << kVoxelX | static_cast<std::uint32_t>(y) << kVoxelY | static_cast<std::uint32_t>(bit & 7) << kVoxelZ;
-            if (p.unknown[x] >> bit & 1) code |= kVoxelUnknown;
-            if (p.environment[x] >> bit & 1) code |= kVoxelEnvironment;
-            if (p.watched[x] >> bit & 1) code |= kVoxelWatched;
-            codes_.push_back(code);
-            if ((code & (kVoxelUnknown | kVoxelWatched)) != 0) counted.octants |= static_cast<std::uint8_t>(1 << octant);
-          }
-        }
+        std::uint64_t seen = p.free_face[up[0]][x] | p.free_face[2 + up[1]][x] | p.free_face[4 + up[2]][x];
+        of_interest |= seen & (p.unknown[x] | p.watched[x]);
+        if (up[1] != 0) seen = __builtin_bswap64(seen);
+        if (up[2] != 0) seen = with_lines_turned(seen);
+        for (const std::uint32_t* const plane = &codes[64 * x]; seen != 0; seen &= seen - 1) *end++ = plane[std::countr_zero(seen) ^ turned];
       }
-      brick.count[octant] = static_cast<std::uint16_t>(codes_.size() - brick.first[octant]);
+      codes_.insert(codes_.end(), outward, end);
+      brick.count[octant] = static_cast<std::uint16_t>(end - outward);
+      if (of_interest != 0) counted.octants |= static_cast<std::uint8_t>(1 << octant);
     }
     if (counted.octants != 0) {
       for (int x = 0; x < 8; ++x) any[x] &= p.unknown[x] | p.watched[x];
