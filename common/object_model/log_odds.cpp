@@ -85,8 +85,11 @@ void LogOdds::label(const std::vector<std::uint64_t>& environment, const Carving
       for (std::size_t i = 0; i < 64; ++i) {
         const int value = (*brick)[64 * x + i];
         empty |= static_cast<std::uint64_t>(value < empty_below) << i;
-        known |= static_cast<std::uint64_t>(value > known_above) << i;
-        if (counters) solid |= static_cast<std::uint64_t>(counters->solid[64 * x + i] >= settings.seen_points) << i;
+        if (!counters) continue;
+        const std::size_t v = 64 * x + i;
+        const bool seen = counters->points[v] >= settings.known_points || counters->seen[v] >= settings.seen_points;
+        known |= static_cast<std::uint64_t>(seen && value > known_above) << i;
+        solid |= static_cast<std::uint64_t>(counters->solid[v] >= settings.seen_points) << i;
       }
       const std::size_t word = 8 * b + x;
       const std::uint64_t open = all[word] & ~environment[word];

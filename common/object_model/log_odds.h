@@ -4,7 +4,7 @@
 // outvote, later too: a voxel that was emptied may come back.
 //
 //   log-odds < empty_below                                 empty
-//   otherwise > known_above                                known
+//   otherwise > known_above, and seen (Evidence)           known
 //   otherwise solid >= seen_points (Evidence)              environment
 //   otherwise                                              unknown
 #pragma once

@@ -109,8 +109,12 @@ TEST(LogOdds, LabelsFollowThemAndMayComeBack) {
   set({3, 0, 0}, 0.3);
   set({4, 0, 0}, 0.5);
   set({5, 0, 0}, 0.1);
+  set({6, 0, 0}, 0.5);  // behind what was seen
+  set({7, 0, 0}, 0.5);
   set({9, 9, 9}, -1);
+  for (const int x : {1, 3, 4}) evidence.set({x, 0, 0}, {3, 0, 0, 0});
   evidence.set({5, 0, 0}, {0, 0, 100, 0});
+  evidence.set({7, 0, 0}, {0, 10, 0, 0});
   const auto state = [&](int x) { return grid.state({x, 0, 0}); };
   log_odds.label(environment, settings, evidence, grid);
   EXPECT_EQ(state(0), voxel::VoxelState::environment);
@@ -119,11 +123,13 @@ TEST(LogOdds, LabelsFollowThemAndMayComeBack) {
   EXPECT_EQ(state(3), voxel::VoxelState::unknown);
   EXPECT_EQ(state(4), voxel::VoxelState::known);
   EXPECT_EQ(state(5), voxel::VoxelState::environment);
-  EXPECT_EQ(grid.counts(), (voxel::Counts{1000 - 5, 1, 2, 2}));
+  EXPECT_EQ(state(6), voxel::VoxelState::unknown);
+  EXPECT_EQ(state(7), voxel::VoxelState::known);
+  EXPECT_EQ(grid.counts(), (voxel::Counts{1000 - 6, 2, 2, 2}));
   set({1, 0, 0}, 0.5);
   log_odds.label(environment, settings, evidence, grid);
   EXPECT_EQ(state(1), voxel::VoxelState::known);
-  EXPECT_EQ(grid.counts(), (voxel::Counts{1000 - 5, 2, 1, 2}));
+  EXPECT_EQ(grid.counts(), (voxel::Counts{1000 - 6, 3, 1, 2}));
 }
 
 TEST(WithoutOutliers, DropsWhatStandsAlone) {
@@ -199,7 +205,7 @@ TEST(LogOdds, WrongDepthsAreOutvoted) {
   };
   const auto right = [](int, Perception&) {};
   const Damage clean = carve(CarvingMode::probabilistic, right), spoiled = carve(CarvingMode::probabilistic, wrong);
-  EXPECT_GT(clean.known, 0.85);
+  EXPECT_GT(clean.known, 0.8);  // some show themselves to no view
   EXPECT_LT(clean.emptied, 0.04);  // only a corner of them is the sphere's
   EXPECT_GT(spoiled.known, 0.95 * clean.known);
   EXPECT_LT(spoiled.emptied, 0.04);
