@@ -220,10 +220,10 @@ void SupervisorService::Impl::run(Task task, msg::Environment environment) {
   event.cause(result.cause);
   event.exit_status(exit_status(result.end));
   event.text(result.cause);
+  running = false;  // who hears of the end may begin the next run at once, which waits for this thread
   publish(event);
   log::info("run ended", {{"state", to_string(result.end)}, {"status", std::to_string(exit_status(result.end))}, {"cause", result.cause}});
   log::flush();
-  running = false;
 }
 
 }  // namespace periplus::supervisor
