@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/fault_point.h"
 #include "common/scene/scene.h"
 
 namespace periplus::object_model {
@@ -16,7 +17,7 @@ namespace {
 
 using Views = std::vector<std::shared_ptr<const View>>;
 
-constexpr int kLongestSide = 512;       // voxels of a grid along an axis
+constexpr int kLongestSide = 512;    // voxels of a grid along an axis
 constexpr double kSigmas = 3;        // of a depth within which a point may be a known solid's
 
 std::uint64_t key(const Eigen::Vector3i& v) {
@@ -24,13 +25,42 @@ std::uint64_t key(const Eigen::Vector3i& v) {
   return (part(v.x()) << 22 | part(v.y())) << 22 | part(v.z());
 }
 
+}  // namespace
+
 // What depth maps show outside a grid, by voxel; indices go on beyond the grid's faces.
 class PointsOutside {
  public:
-  PointsOutside(const voxel::GridGeometry& geometry, const Surroundings& surroundings, const CarvingSettings& carving, double least_area)
-      : geometry_(geometry), surroundings_(surroundings), carving_(carving), least_area_(least_area) {}
+  PointsOutside(const voxel::GridGeometry& geometry, const CarvingSettings& carving) : geometry_(geometry), carving_(carving) {}
 
+  // True if those added already are the first of `views`, seen from the same grid by the same rules.
+  bool goes_on(const voxel::GridGeometry& geometry, const CarvingSettings& carving, const Views& views) const {
+    return views_.size() <= views.size() && std::equal(views_.begin(), views_.end(), views.begin()) && geometry_.size == geometry.size &&
+           geometry_.voxel_size == geometry.voxel_size && geometry_.X_WG.matrix() == geometry.X_WG.matrix() && carving_ == carving;
+  }
+  // The rest of them.
+  void add(const Views& views) {
+    for (std::size_t n = views_.size(); n < views.size(); ++n) add(*views[n]);
+    views_ = views;
+  }
+
+  bool belongs_to_object(const Eigen::Vector3i& v, const Surroundings& surroundings, double least_area) const {
+    const auto it = cells_.find(key(v));
+    if (it == cells_.end()) return false;
+    const Cell& cell = it->second;
+    if (cell.points < carving_.known_points || cell.area < least_area) return false;
+    const Eigen::Vector3d p_W = geometry_.X_WG * Eigen::Vector3d(cell.sum_G / cell.points);
+    const double tolerance = geometry_.voxel_size + std::max(carving_.solid_tolerance_m, kSigmas * cell.sigma);
+    return !surroundings.collision || !surroundings.collision->contains_or_floor(p_W, tolerance);
+  }
+
+ private:
+  struct Cell {
+    int points = 0;
+    double area = 0, sigma = 0;  // [faces of a voxel], [m]
+    Eigen::Vector3d sum_G = Eigen::Vector3d::Zero();
+  };
   void add(const View& view) {
+    fault_point("growth.view");
     if (view.silhouette_valid_share < carving_.cautious_share) return;
     const double pose_sigma = point_sigma(view.covariance, (view.X_WC.inverse() * geometry_.X_WG * (0.5 * geometry_.voxel_size * geometry_.size.cast<double>())).norm());
     const double focal_baseline = view.rig.camera.fx * view.rig.baseline;
@@ -54,29 +84,13 @@ class PointsOutside {
         }
     }
   }
-
-  bool belongs_to_object(const Eigen::Vector3i& v) const {
-    const auto it = cells_.find(key(v));
-    if (it == cells_.end()) return false;
-    const Cell& cell = it->second;
-    if (cell.points < carving_.known_points || cell.area < least_area_) return false;
-    const Eigen::Vector3d p_W = geometry_.X_WG * Eigen::Vector3d(cell.sum_G / cell.points);
-    const double tolerance = geometry_.voxel_size + std::max(carving_.solid_tolerance_m, kSigmas * cell.sigma);
-    return !surroundings_.collision || !surroundings_.collision->contains_or_floor(p_W, tolerance);
-  }
-
- private:
-  struct Cell {
-    int points = 0;
-    double area = 0, sigma = 0;  // [faces of a voxel], [m]
-    Eigen::Vector3d sum_G = Eigen::Vector3d::Zero();
-  };
-  const voxel::GridGeometry& geometry_;
-  const Surroundings& surroundings_;
-  const CarvingSettings& carving_;
-  const double least_area_;
+  const voxel::GridGeometry geometry_;
+  const CarvingSettings carving_;
+  Views views_;
   std::unordered_map<std::uint64_t, Cell> cells_;
 };
+
+namespace {
 
 template <class Visit>
 void for_each_neighbour(const Eigen::Vector3i& v, Visit&& visit) {
@@ -109,9 +123,9 @@ struct Leak {
   }
 };
 
-// Voxels that belong to the object outside the grid. `stands` says whether a voxel outside still stands; null: all do.
-Leak leak_of(const ObjectModel& model, const std::vector<Eigen::Vector3i>& faces, const PointsOutside& points, int margin,
-             const voxel::OccupancyGrid* larger, const Eigen::Vector3i& offset) {
+// Voxels that belong to the object outside the grid, and are known in the `larger` one, which begins `offset` below; null: whatever it says.
+Leak leak_of(const ObjectModel& model, const std::vector<Eigen::Vector3i>& faces, const PointsOutside& points, const Surroundings& surroundings,
+             const GrowthSettings& settings, const voxel::OccupancyGrid* larger = nullptr, const Eigen::Vector3i& offset = Eigen::Vector3i::Zero()) {
   const Eigen::Vector3i size = model.grid().geometry().size;
   Eigen::Vector3i least = Eigen::Vector3i::Zero(), most = size - Eigen::Vector3i::Ones();
   std::vector<Eigen::Vector3i> open = faces;
@@ -122,7 +136,7 @@ Leak leak_of(const ObjectModel& model, const std::vector<Eigen::Vector3i>& faces
     open.pop_back();
     for_each_neighbour(from, [&](const Eigen::Vector3i& v) {
       if ((v.array() < -kLongestSide).any() || (v.array() >= 2 * kLongestSide).any() || model.grid().geometry().contains(v)) return;
-      if (!seen.insert(key(v)).second || !points.belongs_to_object(v)) return;
+      if (!seen.insert(key(v)).second || !points.belongs_to_object(v, surroundings, settings.least_area)) return;
       if (larger && larger->state(v + offset) != voxel::VoxelState::known) return;
       ++out.voxels;
       least = least.cwiseMin(v);
@@ -130,7 +144,7 @@ Leak leak_of(const ObjectModel& model, const std::vector<Eigen::Vector3i>& faces
       open.push_back(v);
     });
   }
-  const auto whole_bricks = [&](int voxels) { return voxels > 0 ? (voxels + margin + 7) / 8 * 8 : 0; };
+  const auto whole_bricks = [&](int voxels) { return voxels > 0 ? (voxels + settings.margin_voxels + 7) / 8 * 8 : 0; };
   out.below = (-least).unaryExpr(whole_bricks);
   out.above = (most - size + Eigen::Vector3i::Ones()).unaryExpr(whole_bricks);
   return out;
@@ -149,21 +163,95 @@ ObjectBox grown_box(const voxel::GridGeometry& g, const Leak& leak) {
   return box;
 }
 
-Leak leak_of_views(const ObjectModel& model, const std::vector<Eigen::Vector3i>& faces, const Views& views, const Surroundings& surroundings,
-                   const CarvingSettings& carving, const GrowthSettings& settings, std::optional<ObjectModel>* larger) {
-  PointsOutside points(model.grid().geometry(), surroundings, carving, settings.least_area);
-  for (const auto& view : views) points.add(*view);
-  Leak leak = leak_of(model, faces, points, settings.margin_voxels, nullptr, Eigen::Vector3i::Zero());
-  while (larger && leak.voxels >= settings.least_voxels) {
-    larger->emplace(model.within(grown_box(model.grid().geometry(), leak), surroundings, carving));
-    // What stands depends on the box a little, by the distance from its middle to the views: never back to a larger one, or this has no end.
-    Leak standing = leak_of(model, faces, points, settings.margin_voxels, &(*larger)->grid(), leak.below);
-    standing.keep_within(leak);
-    const bool fits = standing.same_sides(leak);
-    leak = standing;
-    if (fits) break;
+// Larger boxes of a model, carved by all its views: anew, or from where they were left when they were refuted.
+class CarvedBoxes {
+ public:
+  CarvedBoxes(const Surroundings& surroundings, const CarvingSettings& carving, RefutedBoxes* kept) : surroundings_(surroundings), carving_(carving), kept_(kept) {}
+  ~CarvedBoxes() {
+    constexpr std::ptrdiff_t kMost = 2;
+    if (!kept_ || used_.empty()) return;
+    used_.erase(used_.begin(), used_.end() - std::min<std::ptrdiff_t>(kMost, std::ssize(used_)));
+    kept_->boxes = std::move(used_);
   }
-  return leak;
+  CarvedBoxes(const CarvedBoxes&) = delete;
+  CarvedBoxes& operator=(const CarvedBoxes&) = delete;
+
+  // Until the next call. Throws as ObjectModel::within.
+  const voxel::OccupancyGrid& carve(const ObjectModel& model, const ObjectBox& box) {
+    put_away();
+    box_ = box;
+    views_ = model.state().views;
+    if (kept_)
+      for (RefutedBoxes::Box& old : kept_->boxes) {
+        if (!goes_on(old, model, box)) continue;
+        RefutedBoxes::Box on = std::exchange(old, {});
+        for (std::size_t n = on.views.size(); n < views_.size(); ++n) object_model::carve(*views_[n], surroundings_, carving_, false, on.carved);
+        on.views = views_;
+        used_.push_back(std::move(on));
+        return used_.back().carved.grid;
+      }
+    whole_.emplace(model.within(box, surroundings_, carving_));
+    return whole_->grid();
+  }
+  // The model in the last box.
+  ObjectModel take(const ObjectModel& model) {
+    if (!whole_) {
+      used_.pop_back();
+      return model.within(box_, surroundings_, carving_);
+    }
+    ObjectModel out = std::move(*whole_);
+    whole_.reset();
+    return out;
+  }
+  // It was refuted.
+  void put_away() {
+    if (kept_ && whole_) {
+      ModelState state = whole_->state();
+      state.views.clear();
+      state.tsdf = {};
+      used_.push_back({views_, surroundings_.collision, carving_, std::move(state)});
+    }
+    whole_.reset();
+  }
+
+ private:
+  bool goes_on(const RefutedBoxes::Box& old, const ObjectModel& model, const ObjectBox& box) const {
+    return !old.views.empty() && old.views.size() <= views_.size() && std::equal(old.views.begin(), old.views.end(), views_.begin()) &&
+           old.carved.box.X_WB.matrix() == box.X_WB.matrix() && old.carved.box.size == box.size &&
+           old.carved.grid.geometry().voxel_size == model.grid().geometry().voxel_size && old.carving == carving_ &&
+           old.collision == surroundings_.collision && old.carved.environment_revision == surroundings_.revision;
+  }
+
+  const Surroundings& surroundings_;
+  const CarvingSettings& carving_;
+  RefutedBoxes* kept_;
+  std::vector<RefutedBoxes::Box> used_;
+  ObjectBox box_;
+  Views views_;
+  std::optional<ObjectModel> whole_;  // of box_; nothing where the last one of used_ is
+};
+
+// The model in a box that holds the object as far as its views agree; nothing if that is its own.
+std::optional<ObjectModel> grown_once(const ObjectModel& model, const Surroundings& surroundings, const CarvingSettings& carving,
+                                      const GrowthSettings& settings, CarvedBoxes& boxes, RefutedBoxes* kept) {
+  const voxel::GridGeometry& g = model.grid().geometry();
+  const auto faces = measured_at_faces(model, carving);
+  std::shared_ptr<PointsOutside> points = kept ? std::exchange(kept->points, nullptr) : nullptr;
+  if (!points || !points->goes_on(g, carving, model.state().views)) points = std::make_shared<PointsOutside>(g, carving);
+  points->add(model.state().views);
+  if (kept) kept->points = points;
+  Leak leak = leak_of(model, faces, *points, surroundings, settings);
+  while (leak.voxels >= settings.least_voxels) {
+    const voxel::OccupancyGrid& larger = boxes.carve(model, grown_box(g, leak));
+    // What stands depends on the box a little, by the distance from its middle to the views: never back to a larger one, or this has no end.
+    Leak standing = leak_of(model, faces, *points, surroundings, settings, &larger, leak.below);
+    standing.keep_within(leak);
+    if (standing.same_sides(leak) && standing.voxels >= settings.least_voxels) return boxes.take(model);
+    if (standing.same_sides(leak)) break;
+    leak = standing;
+  }
+  boxes.put_away();
+  return {};
 }
 
 }  // namespace
@@ -174,24 +262,25 @@ void GrowthSettings::check() const {
   require(least_area >= 0 && least_area <= 100, ErrorCode::bad_input, "growth: least_area must lie between 0 and 100");
 }
 
-Growth grow(const ObjectModel& model, const Surroundings& surroundings, const CarvingSettings& carving, const GrowthSettings& settings) {
+Growth grow(const ObjectModel& model, const Surroundings& surroundings, const CarvingSettings& carving, const GrowthSettings& settings,
+            RefutedBoxes* kept) {
   settings.check();
   Growth out;
   const Views& views = model.state().views;
   if (!settings.enabled || views.empty()) return out;
   const auto faces = measured_at_faces(model, carving);
-  if (faces.empty() || leak_of_views(model, faces, {views.back()}, surroundings, carving, settings, nullptr).voxels < settings.least_voxels) return out;
+  if (faces.empty()) return out;
+  PointsOutside newest(model.grid().geometry(), carving);
+  newest.add(Views{views.back()});
+  if (leak_of(model, faces, newest, surroundings, settings).voxels < settings.least_voxels) return out;
   if (!model.can_be_revised()) {
     out.refused = "the object leaves its box, but its grid was imported or was begun by a version that kept too little depth to carve again";
     return out;
   }
   try {
-    for (const ObjectModel* now = &model;; now = &*out.model) {
-      std::optional<ObjectModel> larger;
-      const Leak leak = leak_of_views(*now, measured_at_faces(*now, carving), now->state().views, surroundings, carving, settings, &larger);
-      if (leak.voxels < settings.least_voxels) return out;
-      out.model = std::move(larger);
-    }
+    CarvedBoxes boxes(surroundings, carving, kept);
+    while (auto larger = grown_once(out.model ? *out.model : model, surroundings, carving, settings, boxes, kept)) out.model = std::move(larger);
+    if (kept && out.model) kept->points = nullptr;
   } catch (const Error& e) {
     if (e.code() != ErrorCode::bad_input && e.code() != ErrorCode::model_object_differs) throw;
     out.refused = e.what();

@@ -8,8 +8,10 @@
 // sees through. The grid grows by whole bricks of 8 voxels on each side that is left, so that its voxels stay where they were.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/object_model/object_model.h"
 
@@ -31,8 +33,30 @@ struct Growth {
   std::string refused;               // why the model does not grow although its object leaves the box; else empty
 };
 
+class PointsOutside;
+
+// Larger boxes that the object seemed to need and that its views refuted, carved by all of them, and the points that lie outside: kept from
+// one call of grow() to the next, so that such a look adds itself alone, and does not go through all views again. A few octets a voxel
+// that was looked at.
+struct RefutedBoxes {
+  struct Box {
+    std::vector<std::shared_ptr<const View>> views;  // of the model, that it was carved by
+    std::shared_ptr<const scene::CollisionWorld> collision;
+    CarvingSettings carving;
+    ModelState carved;                               // without views and signed distances
+  };
+  RefutedBoxes() = default;
+  RefutedBoxes(RefutedBoxes&&) = default;
+  RefutedBoxes& operator=(RefutedBoxes&&) = default;
+
+  std::vector<Box> boxes;                            // the last two of the last call that carved
+  std::shared_ptr<PointsOutside> points;             // null after growth
+};
+
 // Whether the newest view shows the object outside its box; if so, all views say how far. Refused are other surroundings than the object
 // was begun in, an imported grid, and views of old versions that kept too little depth. The model itself is left as it is.
-Growth grow(const ObjectModel& model, const Surroundings& surroundings, const CarvingSettings& carving, const GrowthSettings& settings);
+// The same to the last bit with `kept` boxes and without.
+Growth grow(const ObjectModel& model, const Surroundings& surroundings, const CarvingSettings& carving, const GrowthSettings& settings,
+            RefutedBoxes* kept = nullptr);
 
 }  // namespace periplus::object_model

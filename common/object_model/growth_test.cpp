@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <string_view>
+
 #include "common/core/error.h"
+#include "common/core/fault_point.h"
 #include "common/core/random.h"
 #include "common/object_model/testing/sphere_views.h"
 #include "common/scene/scene.h"
@@ -160,6 +164,99 @@ TEST(Growth, WhatOtherViewsSeeThroughIsNotTheObjects) {
   EXPECT_TRUE(look(with, wrong)) << "alone, nothing speaks against it";
 }
 
+// Views of all that are gone through for their points outside, and that are carved.
+struct Effort {
+  int points = 0, carved = 0;
+  bool operator==(const Effort&) const = default;
+};
+Effort effort_of(const std::function<void()>& work) {
+  static Effort effort;
+  effort = {};
+  fault_hook() = [](const char* point) {
+    effort.points += std::string_view(point) == "growth.view";
+    effort.carved += std::string_view(point) == "model.labelled";
+  };
+  work();
+  fault_hook() = nullptr;
+  --effort.points;  // the newest view alone
+  return effort;
+}
+
+// A needle on top of the ball, in a small picture.
+Perception needle(int look) {
+  Perception p = ideal_view(kBall, 1, kViews, 160, 120);
+  p.view_id = "needle-" + std::to_string(look);
+  for (DepthMap& map : p.depth)
+    for (int bead = 0; bead < 4; ++bead) put_sphere(map, Sphere{kBall.center + Eigen::Vector3d(0, 0, kBall.radius + 0.012 + 0.02 * bead), 0.012});
+  return p;
+}
+
+// It ends at the ball's top.
+ObjectBox flat_box() {
+  ObjectBox box = box_around(kBall, 0.4);
+  box.size.z() = 2 * kBall.radius;
+  return box;
+}
+
+TEST(Growth, ALookCarvesItselfAloneInABoxThatWasRefuted) {
+  ObjectModel model("ball", flat_box(), 0.01, {});
+  for (int n : {0, 2, 3, 4, 5}) model.integrate(ideal_view(kBall, n, kViews, 160, 120), {}, kCarving);
+  RefutedBoxes kept;
+  const auto effort = [&](const ObjectModel& m, const CarvingSettings& carving = kCarving) {
+    return effort_of([&] { EXPECT_FALSE(grow(m, {}, carving, kGrowth, &kept).model.has_value()); });
+  };
+  for (int look = 0; look < 4; ++look) {
+    if (look == 2) {  // one that shows nothing outside in between
+      Perception clear = ideal_view(kBall, 3, kViews, 160, 120);
+      clear.view_id = "clear";
+      model.integrate(clear, {}, kCarving);
+      EXPECT_EQ(effort(model), Effort());
+    }
+    model.integrate(needle(look), {}, kCarving);
+    const int news = look == 0 ? 6 : look == 2 ? 2 : 1;
+    EXPECT_EQ(effort(model), (Effort{news, news})) << look;
+  }
+  EXPECT_EQ(kept.boxes.size(), 1u);
+  // What was carved by other views, by other rules or in other surroundings says nothing.
+  const ObjectModel revised = model.revised({{"view-0", model.view("view-0")->X_WC, model.view("view-0")->covariance}}, {}, {}, kCarving);
+  EXPECT_EQ(effort(revised), (Effort{10, 10}));
+  EXPECT_EQ(effort(revised), Effort());
+  CarvingSettings other;
+  other.seen_points = 9;
+  EXPECT_EQ(effort(revised, other), (Effort{10, 10}));
+  EXPECT_NE(grow(revised, on_table(0.1), other, kGrowth, &kept).refused, "");
+}
+
+// In the probabilistic mode the needle outvotes the views that refute it in the end.
+TEST(Growth, IsTheSameWithRefutedBoxesAndWithout) {
+  for (const CarvingMode mode : {CarvingMode::conservative, CarvingMode::probabilistic}) {
+    CarvingSettings carving;
+    carving.mode = mode;
+    ObjectModel with("ball", flat_box(), 0.01, {}), without = with;
+    RefutedBoxes kept;
+    int grown = 0, refuted = 0;
+    const auto both_look = [&](const Perception& p) {
+      with.integrate(p, {}, carving);
+      without.integrate(p, {}, carving);
+      Growth a = grow(with, {}, carving, kGrowth, &kept), b = grow(without, {}, carving, kGrowth);
+      ASSERT_EQ(a.model.has_value(), b.model.has_value());
+      if (a.model) {
+        with = std::move(*a.model);
+        without = std::move(*b.model);
+        ++grown;
+      }
+      refuted += !kept.boxes.empty();
+      EXPECT_EQ(with.digest(), without.digest());
+      EXPECT_EQ(with.grid().revision, without.grid().revision);
+      EXPECT_TRUE(with.state().tsdf == without.state().tsdf);
+    };
+    for (int n : {0, 2, 3, 4, 5}) both_look(ideal_view(kBall, n, kViews, 160, 120));
+    for (int look = 0; look < 6; ++look) both_look(needle(look));
+    EXPECT_EQ(grown > 0, mode == CarvingMode::probabilistic);
+    EXPECT_GT(refuted, 1);
+  }
+}
+
 // The ball's top leaves the box, and on it is what one view shows and the other, clear one carves.
 ObjectModel ball_with_something_on_top(const std::vector<Sphere>& something, const Perception& clear, const CarvingSettings& carving) {
   ObjectBox box = box_around(kBall, 0.4);
@@ -206,6 +303,27 @@ TEST(Growth, AsManyVoxelsStandOutsideAsAreAskedFor) {
       EXPECT_EQ(growth.model->grid().geometry().size, Eigen::Vector3i(40, 40, 48));
     }
   }
+}
+
+TEST(Growth, WhatWasRefutedGrowsAsEverWhereALaterViewShowsIt) {
+  std::vector<Sphere> crown;
+  for (const double x : {-0.05, 0.0, 0.05})
+    for (const double y : {-0.05, 0.0, 0.05}) crown.push_back({kBall.center + Eigen::Vector3d(x, y, kBall.radius + 0.022), 0.022});
+  ObjectModel model = ball_with_something_on_top(crown, ideal_view(kBall, 3, kViews), kCarving);
+  RefutedBoxes kept;
+  ASSERT_FALSE(grow(model, {}, kCarving, {.least_voxels = 300, .margin_voxels = 0}, &kept).model.has_value());
+  ASSERT_FALSE(kept.boxes.empty());
+  Perception again = ideal_view(kBall, 1, kViews);
+  again.view_id = "again";
+  for (DepthMap& map : again.depth)
+    for (const Sphere& sphere : crown) put_sphere(map, sphere);
+  model.integrate(again, {}, kCarving);
+  const GrowthSettings fewer{.least_voxels = 200, .margin_voxels = 0};
+  const Growth with = grow(model, {}, kCarving, fewer, &kept), without = grow(model, {}, kCarving, fewer);
+  ASSERT_TRUE(with.model.has_value());
+  EXPECT_EQ(with.model->digest(), without.model->digest());
+  EXPECT_EQ(with.model->grid().revision, without.model->grid().revision);
+  EXPECT_TRUE(with.model->state().tsdf == without.model->state().tsdf);
 }
 
 TEST(Growth, IsRefusedWithAReason) {

@@ -171,8 +171,39 @@ Integration ObjectModel::integrate(const Perception& perception, const Surroundi
   return add(std::move(kept), surroundings, settings);
 }
 
+void carve(const View& view, const Surroundings& surroundings, const CarvingSettings& settings, bool distances, ModelState& state) {
+  const voxel::GridGeometry& g = state.grid.geometry();
+  const CarvingRule rule = carving_rule(view.silhouette_valid_share, point_sigma(view.covariance, (view.X_WC.translation() - state.box.X_WB.translation()).norm()),
+                                        g.voxel_size, settings);
+  if (!state.mode) state.mode = settings.mode;
+  const bool probabilistic = state.mode == CarvingMode::probabilistic;
+  bool left = true;
+  for (const StoredDepth& stored : view.depth) {
+    DepthMap map = restore_depth(stored, view.X_WC);
+    if (probabilistic) map = without_outliers(map, settings.log_odds.support_share, settings.log_odds.support_voxels * g.voxel_size);
+    const PixelLimits limits = pixel_limits(map, g, settings, rule.close_gaps, surroundings.collision.get());
+    fault_point(left ? "model.left.limited" : "model.right.limited");
+    if (probabilistic)
+      state.log_odds.integrate(map, limits, view.rig.camera.fx * view.rig.baseline, rule, settings);
+    fault_point(left ? "model.left.weighed" : "model.right.weighed");
+    if (probabilistic)
+      add_points(map, limits, g, rule.margin_voxels, state.evidence);
+    else
+      carve_and_count(map, limits, rule.margin_voxels, rule.votes, state.grid, state.evidence);
+    fault_point(left ? "model.left.counted" : "model.right.counted");
+    // The colours are the left eye's.
+    if (distances) state.tsdf.integrate(map, limits, left ? view.color : ImageU8{}, settings.truncation_voxels * g.voxel_size);
+    left = false;
+  }
+  fault_point("model.surface");
+  if (probabilistic)
+    state.log_odds.label(state.known_solids, settings, state.evidence, state.grid);
+  else
+    label(state.known_solids, settings, state.evidence, state.grid);
+  fault_point("model.labelled");
+}
+
 Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& surroundings, const CarvingSettings& settings) {
-  const voxel::GridGeometry& g = state_.grid.geometry();
   const voxel::PairOptions pair;
   voxel::VisibilityWorkspace workspace;
   const auto unknown_pixels = [&] {
@@ -182,34 +213,7 @@ Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& sur
   fault_point("model.seen_before");
   const auto unknown_before = state_.grid.counts().unknown;
 
-  const CarvingRule rule = carving_rule(view->silhouette_valid_share, point_sigma(view->covariance, (view->X_WC.translation() - state_.box.X_WB.translation()).norm()),
-                                        g.voxel_size, settings);
-  if (!state_.mode) state_.mode = settings.mode;
-  const bool probabilistic = state_.mode == CarvingMode::probabilistic;
-  bool left = true;
-  for (const StoredDepth& stored : view->depth) {
-    DepthMap map = restore_depth(stored, view->X_WC);
-    if (probabilistic) map = without_outliers(map, settings.log_odds.support_share, settings.log_odds.support_voxels * g.voxel_size);
-    const PixelLimits limits = pixel_limits(map, g, settings, rule.close_gaps, surroundings.collision.get());
-    fault_point(left ? "model.left.limited" : "model.right.limited");
-    if (probabilistic)
-      state_.log_odds.integrate(map, limits, view->rig.camera.fx * view->rig.baseline, rule, settings);
-    fault_point(left ? "model.left.weighed" : "model.right.weighed");
-    if (probabilistic)
-      add_points(map, limits, g, rule.margin_voxels, state_.evidence);
-    else
-      carve_and_count(map, limits, rule.margin_voxels, rule.votes, state_.grid, state_.evidence);
-    fault_point(left ? "model.left.counted" : "model.right.counted");
-    // The colours are the left eye's.
-    state_.tsdf.integrate(map, limits, left ? view->color : ImageU8{}, settings.truncation_voxels * g.voxel_size);
-    left = false;
-  }
-  fault_point("model.surface");
-  if (probabilistic)
-    state_.log_odds.label(state_.known_solids, settings, state_.evidence, state_.grid);
-  else
-    label(state_.known_solids, settings, state_.evidence, state_.grid);
-  fault_point("model.labelled");
+  carve(*view, surroundings, settings, true, state_);
   ++state_.grid.revision;
 
   view->result.revision = state_.grid.revision;

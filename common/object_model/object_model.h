@@ -97,6 +97,10 @@ struct ModelState {
   bool imported = false;                            // the grid says more than the views, and cannot be carved again
 };
 
+// Carves, counts and labels with a view's depth maps as ObjectModel::integrate does, and adds its signed distances if `distances`. A
+// state without a mode takes that of `settings`; all else of it stays as it is.
+void carve(const View& view, const Surroundings& surroundings, const CarvingSettings& settings, bool distances, ModelState& state);
+
 class ObjectModel {
  public:
   // All unknown but the voxels that touch a known solid, which are environment. `revision` is where counting begins.

@@ -83,6 +83,7 @@ ModelKeeper::Model ModelKeeper::begin(const std::string& object_id, const object
   note(*model, kBegun, "environment " + around.revision);
   store_.put_model(*model);
   models_[object_id] = model;
+  refuted_.erase(object_id);
   return model;
 }
 
@@ -114,8 +115,8 @@ object_model::Integration ModelKeeper::integrate(const std::string& object_id, c
   return next->view(view_id)->result;
 }
 
-bool ModelKeeper::grow(object_model::ObjectModel& model, const object_model::Surroundings& around) const {
-  object_model::Growth growth = object_model::grow(model, around, settings_, growth_);
+bool ModelKeeper::grow(object_model::ObjectModel& model, const object_model::Surroundings& around) {
+  object_model::Growth growth = object_model::grow(model, around, settings_, growth_, &refuted_[model.state().object_id]);
   if (!growth.refused.empty()) log::warn("the model does not grow", {{"object", model.state().object_id}, {"reason", growth.refused}});
   if (!growth.model) return false;
   const auto text = [](const voxel::GridGeometry& g) {

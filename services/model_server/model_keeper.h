@@ -67,7 +67,7 @@ class ModelKeeper {
 
  private:
   // True if it has grown.
-  bool grow(object_model::ObjectModel& model, const object_model::Surroundings& around) const;
+  bool grow(object_model::ObjectModel& model, const object_model::Surroundings& around);
   Model find(const std::string& object_id) const;
   object_model::Surroundings surroundings() const;
 
@@ -78,6 +78,7 @@ class ModelKeeper {
   std::optional<KnownTexts> environment_;
   std::vector<voxel::Occluder> occluders_;
   std::map<std::string, Model> models_;
+  std::map<std::string, object_model::RefutedBoxes> refuted_;  // of the same names
 };
 
 }  // namespace periplus::model

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <string_view>
 
 #include "common/core/error.h"
+#include "common/core/fault_point.h"
 #include "common/object_model/testing/sphere_views.h"
 #include "common/scene/scene.h"
 
@@ -162,6 +165,38 @@ TEST_F(ModelKeeperTest, ABoxGrowsWithItsObject) {
   stays.begin("ball", tight, 0.025, false);
   look(stays, 0);
   EXPECT_TRUE(object_model::same_box(stays.model("ball")->state().box, tight));
+}
+
+// What stands on top of the ball in some pictures, and others refute: each such look carves all views in the larger box once.
+TEST_F(ModelKeeperTest, ALookThatOthersRefuteCarvesItselfAlone) {
+  static int carved = 0;
+  ModelKeeper keeper(folder, {});
+  keeper.set_environment(room());
+  object_model::ObjectBox flat = box;
+  flat.size.z() = 2 * Sphere{}.radius;
+  keeper.begin("ball", flat, 0.01, false);
+  const auto look = [&](const std::string& name, int n, bool needle) {
+    auto p = ideal_view({}, n, 6, 160, 120);
+    p.view_id = name;
+    for (object_model::DepthMap& map : p.depth)
+      for (int bead = 0; needle && bead < 4; ++bead) {
+        const auto other = ideal_depth({{0, 0, 1.162 + 0.02 * bead}, 0.012}, map.X_WC, map.camera);
+        for (std::size_t i = 0; i < other.depth.data.size(); ++i) {
+          map.depth.data[i] = std::min(map.depth.data[i], other.depth.data[i]);
+          map.depth_minimum.data[i] = std::min(map.depth_minimum.data[i], other.depth.data[i]);
+        }
+      }
+    carved = 0;
+    fault_hook() = [](const char* point) { carved += std::string_view(point) == "model.labelled"; };
+    keeper.integrate("ball", name, &p);
+    fault_hook() = nullptr;
+    EXPECT_TRUE(object_model::same_box(keeper.model("ball")->state().box, flat));
+    return carved;
+  };
+  for (int n : {0, 2, 3, 4, 5}) EXPECT_EQ(look("clear-" + std::to_string(n), n, false), 1);
+  EXPECT_EQ(look("first", 1, true), 1 + 6);
+  EXPECT_EQ(look("second", 1, true), 1 + 1);
+  EXPECT_EQ(look("third", 1, true), 1 + 1);
 }
 
 // Views go on being integrated; only the box that the object was begun in stays.
