@@ -2,7 +2,9 @@
 """read_models.py WRITE_MODELS WORK PROGRAMS: opens a model's files, and the topics of a model server that holds it, with public readers
 and compares them with the truth. PROGRAMS: where periplus-model and periplus-model-server stand.
 
-Exit status: 0 all hold, 1 some do not, 77 Python's packages cannot be had here.
+A line "SKIPPED READER: ..." for each reader that is not here, with what nobody has read then.
+
+Exit status: 0 all hold that was read, 1 some do not, 77 Python's packages cannot be had here.
 """
 import csv
 import json
@@ -33,27 +35,39 @@ def installed(command, seconds):
 
 
 def install(work):
-    """Makes the environment once; a stamp says of which packages."""
+    """Makes the environment once; a stamp says of which packages. Those that could not be had are asked for again."""
     home = work / "venv"
     python = home / "bin" / "python"
     stamp = home / "complete"
-    packages = " ".join(NEEDED + OPTIONAL)
-    if not stamp.exists() or stamp.read_text(encoding="ascii") != packages:
+    pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--retries", "1", "--timeout", "20", "--only-binary=:all:"]
+    there = stamp.read_text(encoding="ascii").split() if stamp.exists() else []
+    if not set(NEEDED) <= set(there):
         try:
             venv.create(home, with_pip=True, clear=True)
         except (OSError, subprocess.CalledProcessError) as error:
             skip(f"no virtual environment can be made (python3-venv): {error}")
-        pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--retries", "1", "--timeout", "20", "--only-binary=:all:"]
         if not installed([*pip, *NEEDED], 300):
             skip("Python's packages cannot be had here")
-        for package in OPTIONAL:
-            if not installed([*pip, package], 200):
-                print(f"{package} does not install here: what it alone reads stays unread")
-        stamp.write_text(packages, encoding="ascii")
+        there = list(NEEDED)
+    there += [package for package in OPTIONAL if package not in there and installed([*pip, package], 140)]
+    stamp.write_text(" ".join(there), encoding="ascii")
     return python
 
 
 failures = []
+unread = {}  # what, and why, by reader
+
+
+def skipped(reader, what, why):
+    unread.setdefault(reader, {})[what] = why
+
+
+def conclude():
+    """Exit status, after the last words."""
+    for reader, parts in unread.items():
+        print(f"SKIPPED {reader}: not read: {'; '.join(parts)} ({next(iter(parts.values()))})")
+    print(f"{len(failures)} do not hold" if failures else "all hold of what was read" if unread else "all hold")
+    return 1 if failures else 0
 
 
 def hold(what, condition, detail=""):
@@ -171,7 +185,7 @@ def read_points(work, truth):
     try:
         import open3d
     except (ImportError, OSError) as error:
-        print("not read by Open3D:", error)
+        skipped("open3d", "ball.points.ply, ball.pcd and the meshes", error)
         return
     for name in ("ball.points.ply", "ball.pcd"):
         cloud = open3d.io.read_point_cloud(str(work / name))
@@ -193,7 +207,7 @@ def read_pcd(work, truth):
     try:
         import pypcd4
     except (ImportError, OSError) as error:
-        print("not read by pypcd4:", error)
+        skipped("pypcd4", "ball.pcd", error)
         return
     cloud = pypcd4.PointCloud.from_path(work / "ball.pcd")
     columns = dict(zip(cloud.fields, numpy.asarray(cloud.numpy()).T))
@@ -211,7 +225,7 @@ def octomap_tool(work, *arguments):
 def read_with_octomap_tools(work, truth):
     """OctoMap's own programs: the trees are read, written again, and are the same."""
     if not shutil.which("compare_octrees"):
-        print("not read by OctoMap's own programs: octomap-tools is not installed (apt-get install octomap-tools)")
+        skipped("octomap-tools", "ball.bt and ball.ot by OctoMap's own programs", "apt-get install octomap-tools")
         return
     # compare_octrees reads .ot alone, and compares what the cells were said to be.
     for source, target in (("ball.bt", "from-bt.ot"), ("ball.ot", "from-ot.bt"), ("from-ot.bt", "from-ot.ot")):
@@ -244,7 +258,7 @@ def read_topics(work, truth, programs):
     try:
         import cyclonedds as _  # only whether it is there
     except (ImportError, OSError) as error:
-        print("topics not read by Cyclone DDS' Python binding:", error)
+        skipped("cyclonedds", "rt/octomap_binary and rt/object_points", error)
         return
     import read_ros_topics
     octomap, cloud = read_ros_topics.listen(programs, work)
@@ -259,7 +273,7 @@ def read_topics(work, truth, programs):
     try:
         import pyoctomap
     except (ImportError, OSError) as error:
-        print("the topic's tree not read by pyoctomap:", error)
+        skipped("pyoctomap", "the tree of rt/octomap_binary", error)
         return
     # A .bt file is a head that says how many nodes there are, and then what the message holds.
     head = (work / "ball.bt").read_bytes().split(b"data\n")[0] + b"data\n"
@@ -273,7 +287,7 @@ def read_trees(work, truth):
     try:
         import pyoctomap
     except (ImportError, OSError) as error:
-        print("not read by pyoctomap:", error)
+        skipped("pyoctomap", "ball.bt and ball.ot", error)
         return
     plain = pyoctomap.OcTree(0.1)
     hold("ball.bt: pyoctomap reads it", plain.readBinary(str(work / "ball.bt")))
@@ -302,8 +316,7 @@ def main():
     for read in (read_meshes, read_glb, read_points, read_trees, read_with_octomap_tools, read_features):
         read(work, truth)
     read_topics(work, truth, programs)
-    print(f"{len(failures)} do not hold" if failures else "all hold")
-    sys.exit(1 if failures else 0)
+    sys.exit(conclude())
 
 
 if __name__ == "__main__":
