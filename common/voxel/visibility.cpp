@@ -430,7 +430,10 @@ PairGain VisibilityScene::evaluate_pair(const Pose& X_WC, const StereoRig& rig, 
     right = std::async(std::launch::async | std::launch::deferred, render_right, std::ref(*w.beside));
   }
   evaluate(X_WC, rig.camera, view, w, w.left);
-  right.valid() ? right.get() : render_right(w);
+  if (right.valid())
+    right.get();
+  else
+    render_right(w);
   // The table is met at random: entries are fetched ahead.
   constexpr std::size_t kAhead = 24;
   const auto each_of = [&](const VoxelList& list, const auto& call) {
