@@ -77,10 +77,9 @@ bool near_box(const DepthMap& map, const Pose& X_GC, int y, double below, const 
   return any != 0;
 }
 
-// The floor is seen from further away than a table's top, so what counts as lying on it grows with the depth's uncertainty.
-bool belongs_to_surroundings(const scene::CollisionWorld& known, const Eigen::Vector3d& p_W, double tolerance, double sigma) {
-  return p_W.z() <= std::max(tolerance, 2 * sigma) || known.contains(p_W, tolerance);
-}
+// The floor is seen from further away than a table's top, so what may be the floor's grows with the uncertainty of its height, but never far
+// into what stands there.
+constexpr double kFloorSigmas = 3, kMostFloorVoxels = 2;
 
 }  // namespace
 
@@ -151,13 +150,15 @@ PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometr
         if (!near[static_cast<std::size_t>(x)] || out.kind.at(x, y) == PixelKind::none) continue;
         const float z = map.depth.at(x, y);
         const Eigen::Vector3d p_C = map.camera.back_project(x, y, z), p_G = X_GC * p_C;
-        if ((p_G.array() < -4 * h).any() || (p_G.array() > upper.array()).any() ||
-            !belongs_to_surroundings(*known, map.X_WC * p_C, settings.solid_tolerance_m, has_sigma ? map.depth_sigma.at(x, y) : 0))
-          continue;
+        if ((p_G.array() < -4 * h).any() || (p_G.array() > upper.array()).any()) continue;
+        const Eigen::Vector3d p_W = map.X_WC * p_C;
+        const bool is_solid = p_W.z() <= settings.solid_tolerance_m || known->contains(p_W, settings.solid_tolerance_m);
+        const double sigma = has_sigma ? map.depth_sigma.at(x, y) * std::abs(p_W.z() - map.X_WC.translation().z()) / z : 0;  // of its height
+        if (!is_solid && p_W.z() > std::min(kFloorSigmas * sigma, kMostFloorVoxels * h)) continue;
         out.kind.at(x, y) = PixelKind::known_solid;
-        // Where the footprint holds something much nearer, that is not the solid and must not be carved into.
+        // What may as well stand on the floor must not be carved into, nor, where the footprint holds something much nearer, that.
         float& limit = out.limit.at(x, y);
-        if (z - limit <= extra) limit += extra;
+        if (is_solid && z - limit <= extra) limit += extra;
       }
     }
   }

@@ -6,7 +6,8 @@
 //
 // Which pixels carve, and how far:
 //   valid                    to the least depth within the pixel's footprint (DepthMap::depth_minimum)
-//   valid, on a known solid  `solid_extra_voxels` further, so that no layer stays standing on the table
+//   valid, on a known solid  `solid_extra_voxels` further, so that no layer stays standing on the table; no further where it is the
+//                            floor's to within the depth's uncertainty alone: it may as well stand there
 //   without depth            never; but a gap of at most `gap_px` carves to the least of its four neighbours, unless the
 //                            view is cautious
 //

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "common/core/error.h"
 #include "common/core/random.h"
 #include "common/object_model/evidence.h"
@@ -258,7 +260,7 @@ TEST(PixelLimits, TheFloorIsKnownToWithinTheDepthsUncertainty) {
   map.camera = Pinhole::from_vertical_fov(60, 60, 0.1);
   map.X_WC = look_at({0.001, 0, 2.0}, {0, 0, 0});  // straight down, 2 m above
   map.depth = ImageF(60, 60, 1, 2.0f);
-  map.depth.at(10, 10) = 1.99f;   // 1 cm over the floor: within 2 sigma
+  map.depth.at(10, 10) = 1.99f;   // 1 cm over the floor: within 3 sigma
   map.depth.at(20, 20) = 1.97f;   // 3 cm: something lies there
   map.depth_minimum = map.depth;
   map.depth_sigma = ImageF(60, 60, 1, 0.008f);
@@ -266,8 +268,57 @@ TEST(PixelLimits, TheFloorIsKnownToWithinTheDepthsUncertainty) {
   EXPECT_EQ(limits.kind.at(30, 30), PixelKind::known_solid);
   EXPECT_EQ(limits.kind.at(10, 10), PixelKind::known_solid);
   EXPECT_EQ(limits.kind.at(20, 20), PixelKind::surface);
+  // Only what surely is the floor is carved into.
+  EXPECT_NEAR(limits.limit.at(30, 30), 2.03, 1e-6);
+  EXPECT_NEAR(limits.limit.at(10, 10), 1.99, 1e-6);
   map.depth_sigma = ImageF(60, 60, 1, 0.001f);
   EXPECT_EQ(pixel_limits(map, g, kSettings, true, &world).kind.at(10, 10), PixelKind::surface);
+  // However uncertain a depth is, two voxels above the floor stand on it.
+  map.depth.at(20, 20) = map.depth_minimum.at(20, 20) = 1.959f;
+  map.depth_sigma = ImageF(60, 60, 1, 4.0f);
+  limits = pixel_limits(map, g, kSettings, true, &world);
+  EXPECT_EQ(limits.kind.at(10, 10), PixelKind::known_solid);
+  EXPECT_EQ(limits.kind.at(20, 20), PixelKind::surface);
+}
+
+// Along a slanted ray a depth's uncertainty is the height's only in part.
+TEST(PixelLimits, TheFloorsToleranceIsThatOfTheHeight) {
+  const scene::CollisionWorld world{scene::Scene{}};
+  const voxel::GridGeometry g = voxel::GridGeometry::from_box(make_pose({0, 0, 0.2}, Eigen::Matrix3d::Identity()), {0.4, 0.4, 0.4}, 0.02);
+  constexpr float kSigma = 0.02f;
+  for (const double height : {0.5, 1.0, 1.4}) {
+    DepthMap map;
+    map.camera = Pinhole::from_vertical_fov(60, 60, 0.05);
+    map.X_WC = look_at({2.5, 0, height}, {0, 0, 0});
+    const double slope = -(map.X_WC.linear() * map.camera.back_project(30, 30, 1)).z();
+    for (const auto& [sigmas, kind] : {std::pair{2.9, PixelKind::known_solid}, {3.1, PixelKind::surface}}) {
+      map.depth = map.depth_minimum = ImageF(60, 60, 1, static_cast<float>(height / slope - sigmas * kSigma));
+      map.depth_sigma = ImageF(60, 60, 1, kSigma);
+      EXPECT_EQ(pixel_limits(map, g, kSettings, true, &world).kind.at(30, 30), kind) << height;
+    }
+  }
+}
+
+// From afar, where the depth's standard deviation is more than a voxel: nothing is carved out of what stands on the floor.
+TEST(PixelLimits, WhatStandsOnTheFloorIsNotCarvedAwayWithIt) {
+  const scene::CollisionWorld world{scene::Scene{}};
+  const Sphere sphere{{0, 0, 0.15}, 0.15};
+  const ObjectBox box = box_around(sphere, 0.4);
+  const voxel::OccupancyGrid grid(voxel::GridGeometry::from_box(box.X_WB, box.size, 0.01));
+  DepthMap map = ideal_depth(sphere, look_at({2.8, 0, 1.3}, sphere.center), Pinhole::from_vertical_fov(640, 480, 0.2));
+  for (const float sigma : {0.0f, 0.02f, 0.04f, 8.0f}) {
+    map.depth_sigma = ImageF(640, 480, 1, sigma);
+    const PixelLimits limits = pixel_limits(map, grid.geometry(), kSettings, true, &world);
+    const auto on_floor = std::count(limits.kind.data.begin(), limits.kind.data.end(), PixelKind::known_solid);
+    EXPECT_EQ(on_floor > 0, sigma > 0);
+    EXPECT_LT(on_floor, 4000);
+    const auto plane = seen_through(grid, map.camera, map.X_WC, limits.limit, kSettings.margin_voxels);
+    for_each_voxel(grid.geometry(), [&](const Eigen::Vector3i& v) {
+      if (touches(grid.geometry(), v, sphere)) {
+        EXPECT_FALSE(in_plane(grid, plane, v)) << v.transpose() << ", sigma " << sigma;
+      }
+    });
+  }
 }
 
 TEST(PixelLimits, RefusesImagesThatDoNotFit) {

@@ -22,7 +22,7 @@ double LogOdds::at(const Eigen::Vector3i& v) const {
 
 void LogOdds::integrate(const DepthMap& map, const PixelLimits& limits, double focal_baseline, const CarvingRule& rule, const CarvingSettings& settings,
                         voxel::Simd simd) {
-  require(focal_baseline > 0 && limits.kind.data.size() == map.depth.data.size() && map.depth.width == map.camera.width && map.depth.height == map.camera.height,
+  require(focal_baseline > 0 && limits.kind.data.size() == map.depth.data.size() && limits.limit.data.size() == map.depth.data.size() && map.depth.width == map.camera.width && map.depth.height == map.camera.height,
           ErrorCode::bad_size, "depth, its limits and the rig must fit the camera");
   const double h = geometry_.voxel_size;
   ImageF surface(map.camera.width, map.camera.height), free(map.camera.width, map.camera.height);
@@ -30,7 +30,8 @@ void LogOdds::integrate(const DepthMap& map, const PixelLimits& limits, double f
   for (std::size_t i = 0; i < surface.data.size(); ++i) {
     const PixelKind kind = limits.kind.data[i];
     surface.data[i] = kind == PixelKind::surface ? map.depth.data[i] : 0.0f;
-    free.data[i] = kind == PixelKind::none ? 0.0f : kind == PixelKind::surface ? map.depth.data[i] : map.depth.data[i] + extra;
+    const bool through_solid = kind == PixelKind::known_solid && limits.limit.data[i] > map.depth.data[i];
+    free.data[i] = kind == PixelKind::none ? 0.0f : map.depth.data[i] + (through_solid ? extra : 0.0f);
   }
   DepthEvidence says;
   says.surface = surface.data.data();

@@ -66,13 +66,24 @@ TEST(LogOdds, AnUncertainPoseBlursThem) {
 
 TEST(LogOdds, KnownSolidsAreFreeToTheirSurfaceAndHitNothing) {
   ProbableWall s(PixelKind::known_solid);
+  for (float& limit : s.limits.limit.data) limit += 0.015f;  // as pixel_limits() has it
   s.look();
   EXPECT_NEAR(s.at(7), -0.4, 2e-3);
+  EXPECT_LT(s.at(9), -0.1);
   EXPECT_LE(s.at(10), 0);
   EXPECT_NEAR(s.at(13), 0, 1e-3);
   ProbableWall none(PixelKind::none);
   none.look();
   EXPECT_EQ(none.log_odds.bricks().held(), 0u);
+}
+
+// What may be the floor's or stand on it hits nothing either; what is before it is free as before any surface.
+TEST(LogOdds, WhatMayStandOnTheFloorIsNotMissed) {
+  ProbableWall s(PixelKind::known_solid);
+  s.look();
+  EXPECT_NEAR(s.at(7), -0.4, 2e-3);
+  EXPECT_NEAR(s.at(9), -0.4 * (1.3 / 6.475), 5e-3);
+  for (int x = 10; x < 20; ++x) EXPECT_EQ(s.at(x), 0) << x;
 }
 
 TEST(LogOdds, EveryInstructionSetGivesTheSameValues) {
