@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <vector>
 
 namespace periplus::object_model {
 
@@ -23,17 +25,27 @@ ImageF to_metres(const Image<std::uint16_t>& units, const Image<std::uint16_t>& 
   return out;
 }
 
+// Of what a map of nothing but stereo's depths has everywhere; a few pixels that say otherwise do not speak for all.
+double median_sigma_per_z2(const DepthMap& map) {
+  std::vector<double> each;
+  each.reserve(map.depth.data.size());
+  for (std::size_t i = 0; i < map.depth.data.size(); ++i) {
+    const double z = map.depth.data[i], sigma = map.depth_sigma.data[i];
+    if (z > 0) each.push_back(sigma > 0 ? std::min(sigma / (z * z), kMostSigmaPerZ2) : 0.0);
+  }
+  if (each.empty()) return 0;
+  const auto middle = each.begin() + std::ssize(each) / 2;
+  std::nth_element(each.begin(), middle, each.end());
+  return *middle;
+}
+
 }  // namespace
 
 StoredDepth store_depth(const DepthMap& map, const Pose& X_WC) {
   StoredDepth out{map.camera, X_WC.inverse() * map.X_WC, to_units(map.depth, [](double v) { return std::round(v); }),
                   to_units(map.depth_minimum, [](double v) { return std::floor(v); }), 0};
   for (std::size_t i = 0; i < out.depth.data.size(); ++i) out.minimum.data[i] = std::min(out.minimum.data[i], out.depth.data[i]);
-  if (map.depth_sigma.data.size() == map.depth.data.size()) {
-    for (std::size_t i = 0; i < map.depth.data.size(); ++i)
-      if (const double z = map.depth.data[i]; z > 0) out.sigma_per_z2 = std::max(out.sigma_per_z2, map.depth_sigma.data[i] / (z * z));
-    out.sigma_per_z2 = std::min(out.sigma_per_z2, kMostSigmaPerZ2);
-  }
+  if (map.depth_sigma.data.size() == map.depth.data.size()) out.sigma_per_z2 = median_sigma_per_z2(map);
   return out;
 }
 

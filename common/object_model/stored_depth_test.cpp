@@ -58,12 +58,28 @@ TEST(StoredDepth, KeepsTheStandardDeviationAsItGrowsWithDepth) {
   const StoredDepth stored = store_depth(map, Pose::Identity());
   const DepthMap back = restore_depth(stored, Pose::Identity());
   for (std::size_t i = 0; i < map.depth.data.size(); ++i) EXPECT_NEAR(back.depth_sigma.data[i], map.depth_sigma.data[i], 3e-6f);
-  // What is no standard deviation counts as none; what is beyond belief as the most.
-  map.depth_sigma = ImageF(64, 48, 1, -1.0f);
-  map.depth_sigma.at(1, 0) = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_EQ(store_depth(map, Pose::Identity()).sigma_per_z2, 0);
+  // A few pixels do not speak for all: one close to the camera, others beyond belief.
+  map.depth.at(1, 0) = map.depth_minimum.at(1, 0) = 0.01f;
+  map.depth_sigma.at(1, 0) = 0.01f;
   map.depth_sigma.at(2, 0) = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(store_depth(map, Pose::Identity()).sigma_per_z2, 1);
+  map.depth_sigma.at(3, 0) = std::numeric_limits<float>::quiet_NaN();
+  map.depth.at(4, 0) = map.depth_minimum.at(4, 0) = std::numeric_limits<float>::denorm_min();
+  EXPECT_NEAR(store_depth(map, Pose::Identity()).sigma_per_z2, 0.0016, 1e-8);
+}
+
+TEST(StoredDepth, TakesNoStandardDeviationsForNoneAndHasAMost) {
+  DepthMap map;
+  map.camera = Pinhole::from_vertical_fov(8, 6, 0.4);
+  map.depth = map.depth_minimum = ImageF(8, 6, 1, 2.0f);
+  const auto stored = [&](float sigma) {
+    map.depth_sigma = ImageF(8, 6, 1, sigma);
+    return store_depth(map, Pose::Identity()).sigma_per_z2;
+  };
+  EXPECT_EQ(stored(-1), 0);
+  EXPECT_EQ(stored(std::numeric_limits<float>::quiet_NaN()), 0);
+  EXPECT_EQ(stored(std::numeric_limits<float>::infinity()), 1);
+  map.depth = map.depth_minimum = ImageF(8, 6);
+  EXPECT_EQ(stored(0.1f), 0);  // of no depth
 }
 
 TEST(StoredDepth, CarvesNothingWhereNoMinimumWasKept) {
