@@ -17,9 +17,12 @@ static_assert(sizeof(TsdfSample) == 6 * sizeof(float));
 
 bool same_bits(const TsdfSample& a, const TsdfSample& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
+// Of all its bits: a file may hold bricks of which the colours alone differ.
 std::size_t slot(const TsdfSample& s) {
-  const std::uint32_t bits = std::bit_cast<std::uint32_t>(s.distance) * 0x9e3779b1u + std::bit_cast<std::uint32_t>(s.weight) * 0x85ebca6bu;
-  return (bits ^ bits >> 15) % kSlots;
+  const auto words = std::bit_cast<std::array<std::uint64_t, 3>>(s);
+  constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15u;
+  const std::uint64_t bits = ((words[0] * kGolden ^ std::rotl(words[1], 23)) * kGolden ^ std::rotl(words[2], 47)) * kGolden;
+  return ((bits ^ bits >> 32) * kGolden) >> (64 - std::countr_zero(kSlots));
 }
 
 // Of one place; a power of two, so that none lies in two words.

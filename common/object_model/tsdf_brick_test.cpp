@@ -52,7 +52,7 @@ TEST(PackedTsdfBrick, TellsZerosOfBothSignsApart) {
   EXPECT_TRUE(same_octets(back, brick));
 }
 
-// Colours alone differ: all fall into one slot of the hash table.
+// Colours alone differ.
 TEST(PackedTsdfBrick, SamplesOfOneDistanceAndWeightStayApart) {
   TsdfBrick brick{};
   for (std::size_t i = 0; i < brick.size(); ++i) brick[i] = {0.01f, 1, static_cast<float>(i), 0, 0, 1};
