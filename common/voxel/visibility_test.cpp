@@ -468,19 +468,6 @@ TEST(Visibility, AnyPinholeWindow) {
   EXPECT_NEAR(double(pixels), double(all.unknown_pixels), 1e-4 * double(pixels));
 }
 
-TEST(Visibility, FacesAndSurfaceOfASolidBlock) {
-  GridGeometry g;
-  g.size = {10, 11, 12};
-  const VisibilityScene scene{OccupancyGrid(g)};
-  EXPECT_EQ(scene.unknown_face_count(), 2u * (10 * 11 + 11 * 12 + 10 * 12));
-  EXPECT_EQ(scene.unknown_faces().size(), scene.unknown_face_count());
-  EXPECT_EQ(scene.surface().size(), 10u * 11 * 12 - 8 * 9 * 10);
-  for (const auto& f : scene.unknown_faces(7)) {
-    const Eigen::Vector3i v = scene.voxel(f.voxel);
-    EXPECT_EQ(v[f.direction / 2], f.direction % 2 == 0 ? 0 : g.size[f.direction / 2] - 1);
-  }
-}
-
 TEST(Visibility, RefusesWhatIsNoCamera) {
   GridGeometry g;
   g.size = {8, 8, 8};
