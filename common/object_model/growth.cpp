@@ -66,6 +66,7 @@ class PointsOutside {
     const double focal_baseline = view.rig.camera.fx * view.rig.baseline;
     for (const StoredDepth& stored : view.depth) {
       const DepthMap map = restore_depth(stored, view.X_WC);
+      const double sigma_per_z2 = std::max(carving_.log_odds.disparity_sigma_px / focal_baseline, stored.sigma_per_z2);
       const Pose X_GC = geometry_.X_WG.inverse() * map.X_WC;
       for (int y = 0; y < map.camera.height; ++y)
         for (int x = 0; x < map.camera.width; ++x) {
@@ -80,7 +81,7 @@ class PointsOutside {
           ++cell.points;
           cell.sum_G += p_G;
           cell.area += std::pow(z / (map.camera.fx * geometry_.voxel_size), 2);
-          cell.sigma = std::max(cell.sigma, std::hypot(pose_sigma, z * z * carving_.log_odds.disparity_sigma_px / focal_baseline));
+          cell.sigma = std::max(cell.sigma, std::hypot(pose_sigma, z * z * sigma_per_z2));
         }
     }
   }
