@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <thread>
 
 #include "common/core/clock.h"
@@ -140,7 +141,12 @@ void SupervisorService::Impl::begin(const msg::StartRequest& request, msg::Start
   running = true;
   interruption.clear();
   event_number = 0;
-  run_thread = std::thread([this, task, environment = request.environment()] { run(task, environment); });
+  try {
+    run_thread = std::thread([this, task, environment = request.environment()] { run(task, environment); });
+  } catch (const std::system_error& e) {
+    running = false;
+    throw_error(ErrorCode::internal, std::string("no thread for the run: ") + e.what() + "; close other programs, or allow this user more processes");
+  }
 }
 
 nlohmann::json SupervisorService::Impl::report_of(const Task& task, const ModelingActions* actions, std::chrono::steady_clock::time_point began, long long began_ns) {
