@@ -161,7 +161,7 @@ void label(const std::vector<std::uint64_t>& environment, const CarvingSettings&
       std::uint64_t known = 0, solid = 0;
       for (std::size_t i = 0; i < 64; ++i) {
         const std::size_t v = 64 * x + i;
-        known |= static_cast<std::uint64_t>((brick->points[v] >= settings.known_points) | (brick->seen[v] >= settings.seen_points)) << i;
+        known |= static_cast<std::uint64_t>(is_seen(*brick, v, settings)) << i;
         solid |= static_cast<std::uint64_t>(brick->solid[v] >= settings.seen_points) << i;
       }
       grid.known()[word] = known & open;

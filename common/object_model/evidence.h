@@ -2,7 +2,8 @@
 //
 // A depth point falls into a voxel (`points`), and is seen through the voxels that the conservative margin leaves standing
 // closely in front of it (`seen`): such a voxel has been looked at and found to lie at the surface, so that looking again
-// gains nothing. The surface may truly lie a standard deviation of the depth further off; it is seen up to there. Points of known solids count apart (`solid`): what stands closely before a table's surface is the table's.
+// gains nothing. The surface may truly lie a standard deviation of the depth further off, half a voxel at most; it is seen up to there. Points
+// of known solids count apart (`solid`): what stands closely before a table's surface is the table's.
 //
 //   points >= known_points, or seen >= seen_points    known
 //   otherwise solid >= seen_points                    environment
@@ -12,6 +13,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -33,6 +35,11 @@ struct EvidenceBrick {
   std::array<std::uint8_t, voxel::kBrickVoxels> votes{};
   bool operator==(const EvidenceBrick&) const = default;
 };
+
+// That eyes saw voxel `v` of a brick at the surface.
+inline bool is_seen(const EvidenceBrick& brick, std::size_t v, const CarvingSettings& settings) {
+  return (brick.points[v] >= settings.known_points) | (brick.seen[v] >= settings.seen_points);
+}
 
 class Evidence {
  public:

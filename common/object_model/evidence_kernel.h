@@ -23,7 +23,7 @@ constexpr int kMostSteps = 32;  // along a ray
 // Codes: twice the voxel (512 times its brick and within_brick()), and one more for a known solid; -1 for none.
 struct RunVoxels {
   std::int32_t point[kRun];              // the voxel that the depth's point lies in; none for known solids
-  std::int32_t step[kMostSteps][kRun];   // those on the ray closely before it, one for each step towards the camera, none twice
+  std::int32_t step[kMostSteps][kRun];   // those on the ray closely behind and before it, one for each step towards the camera, none twice
   // A bit for each code that is another than the one before it; the first is.
   std::uint64_t point_changes, step_changes[kMostSteps];
   int steps;

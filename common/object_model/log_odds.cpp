@@ -22,7 +22,8 @@ double LogOdds::at(const Eigen::Vector3i& v) const {
 
 void LogOdds::integrate(const DepthMap& map, const PixelLimits& limits, double focal_baseline, const CarvingRule& rule, const CarvingSettings& settings,
                         voxel::Simd simd) {
-  require(focal_baseline > 0 && limits.kind.data.size() == map.depth.data.size() && limits.limit.data.size() == map.depth.data.size() && map.depth.width == map.camera.width && map.depth.height == map.camera.height,
+  require(focal_baseline > 0 && limits.kind.data.size() == map.depth.data.size() && limits.limit.data.size() == map.depth.data.size() &&
+              map.depth.width == map.camera.width && map.depth.height == map.camera.height,
           ErrorCode::bad_size, "depth, its limits and the rig must fit the camera");
   const double h = geometry_.voxel_size;
   ImageF surface(map.camera.width, map.camera.height), free(map.camera.width, map.camera.height);
@@ -88,8 +89,7 @@ void LogOdds::label(const std::vector<std::uint64_t>& environment, const Carving
         empty |= static_cast<std::uint64_t>(value < empty_below) << i;
         if (!counters) continue;
         const std::size_t v = 64 * x + i;
-        const bool seen = counters->points[v] >= settings.known_points || counters->seen[v] >= settings.seen_points;
-        known |= static_cast<std::uint64_t>(seen && value > known_above) << i;
+        known |= static_cast<std::uint64_t>(value > known_above && is_seen(*counters, v, settings)) << i;
         solid |= static_cast<std::uint64_t>(counters->solid[v] >= settings.seen_points) << i;
       }
       const std::size_t word = 8 * b + x;

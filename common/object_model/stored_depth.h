@@ -13,7 +13,8 @@ struct StoredDepth {
   Pose X_CM = Pose::Identity();   // the map's camera in the left eye
   Image<std::uint16_t> depth;     // nearest [0.1 mm]; 0 where there is none, 65535 from 6.5535 m on
   Image<std::uint16_t> minimum;   // least depth within the pixel's footprint, rounded down; empty if it was not kept
-  double sigma_per_z2 = 0;        // standard deviation of a depth z: sigma_per_z2 z^2 [1/m], the median of the map's pixels; 0..1; 0: exact, or not kept
+  // Standard deviation of a depth z: sigma_per_z2 z^2 [1/m], the median of the map's pixels; 0..1. 0: exact, or not kept.
+  double sigma_per_z2 = 0;
 };
 
 // `X_WC`: left eye. The map must be finite and fit its camera.

@@ -34,7 +34,7 @@ class PackedTsdfBrick {
   TsdfSample at(int voxel) const;
   void unpack(TsdfBrick& samples) const;
 
-  // 1 to 512, in the order of their first voxels, no two of the same bits.
+  // 1 to 512; of samples packed here in the order of their first voxels, no two of the same bits.
   const std::vector<TsdfSample>& distinct() const { return distinct_; }
   // The voxels' places among them, the first in the lowest bits, with as many bits each as the greatest needs: 1, 2, 4, 8 or 16; no word
   // where all samples are one.

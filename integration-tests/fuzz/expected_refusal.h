@@ -1,6 +1,7 @@
 // What a fuzzed reader may answer: a result, or a refusal. Anything else ends the program, which is how a fuzzer hears of it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -14,6 +15,9 @@
 namespace periplus::fuzz {
 
 inline std::string_view text(const std::uint8_t* data, std::size_t size) { return {reinterpret_cast<const char*>(data), size}; }
+
+// Takes the first octet, which tells what follows; 0 of nothing.
+inline std::uint8_t take_kind(const std::uint8_t*& data, std::size_t& size) { return size == 0 ? std::uint8_t{0} : (--size, *data++); }
 
 [[noreturn]] inline void finding(const std::string& what) {
   std::fprintf(stderr, "finding: %s\n", what.c_str());

@@ -69,10 +69,7 @@ void typed(Fields fields) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size == 0) return 0;
-  const std::uint8_t kind = *data++;
-  --size;
-  switch (kind) {
+  switch (fuzz::take_kind(data, size)) {
     case 'C': off_the_wire<RosImage>(data, size); break;
     case 'c': off_the_wire<sensor_msgs::msg::dds_::CameraInfo_>(data, size); break;
     case 'P': off_the_wire<msg::Perception>(data, size); break;

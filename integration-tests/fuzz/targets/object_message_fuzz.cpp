@@ -146,10 +146,7 @@ class Script {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size == 0) return 0;
-  const std::uint8_t kind = *data++;
-  --size;
-  switch (kind) {
+  switch (fuzz::take_kind(data, size)) {
     case 'R': off_the_wire<msg::ObjectRevision>(data, size); break;
     case 'C': off_the_wire<msg::ObjectChunk>(data, size); break;
     case 'S': Script().run({data, size}); break;
