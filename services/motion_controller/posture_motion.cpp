@@ -155,6 +155,9 @@ void PostureMotion::halt(std::size_t executed) {
     commands_.push_back(at(share, commands_.back().q));
     share_.push_back(share);
   }
+  // The last one came at half a period's deceleration; after the same once more the robot rests.
+  commands_.push_back(commands_.back());
+  share_.push_back(share_.back());
 }
 
 Eigen::VectorXd standing_configuration(WholeBodyIk& ik, const Eigen::VectorXd& q, const Eigen::Vector2d& com_xy,

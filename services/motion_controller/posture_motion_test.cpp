@@ -105,7 +105,7 @@ TEST_F(PostureMotionTest, HaltsGently) {
     if (motion.commands().size() < 2) continue;
     const std::size_t n = motion.commands().size();
     const double last = (motion.commands()[n - 1].q - motion.commands()[n - 2].q).cwiseAbs().maxCoeff();
-    EXPECT_LT(last / 0.005, 0.05);  // at rest, but for the last 5 ms
+    EXPECT_LT(last / 0.005, 1e-5);  // at rest
   }
 }
 

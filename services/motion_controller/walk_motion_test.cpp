@@ -41,6 +41,30 @@ class WalkMotionTest : public ::testing::Test {
     return steps;
   }
 
+  // Ahead in long steps, the feet wide apart.
+  std::vector<Step> wide_walk(int count) {
+    const BodyTarget standing = ik.measure(start);
+    const Pose2 l = to_pose2(standing.X_left), r = to_pose2(standing.X_right);
+    Pose2 body{0.5 * (l.x + r.x), 0.5 * (l.y + r.y), place.yaw};
+    std::vector<Step> steps;
+    for (int i = 0; i < count; ++i) {
+      body = compose(body, {0.1, 0, 0.06});
+      steps.push_back({i % 2, sole(body, i % 2, 0.125)});
+    }
+    return steps;
+  }
+
+  // Bent forward on half-sitting's feet.
+  Eigen::VectorXd posture() {
+    BodyTarget low = ik.measure(start);
+    low.com += Eigen::Vector3d(0.02, 0.02, -0.15);
+    low.R_waist = rotation_from_yaw_pitch_roll(0.2, 0.3, 0) * low.R_waist;
+    Eigen::VectorXd q = start;
+    q(6 + model->joint_index("HEAD_JOINT1")) = 0.4;
+    EXPECT_LT(ik.solve(q, low, 50).sole_error, 1e-8);
+    return q;
+  }
+
   // Standing soles never slide, joints keep their limits and speeds.
   void expect_sound(const WalkMotion& motion, const Eigen::VectorXd& before) {
     BodyTarget anchored = ik.measure(before);
@@ -114,17 +138,12 @@ TEST_F(WalkMotionTest, WalksWithoutSliding) {
 }
 
 TEST_F(WalkMotionTest, BeginsFromAPosture) {
-  BodyTarget low = ik.measure(start);
-  low.com += Eigen::Vector3d(0.02, 0.02, -0.15);
-  low.R_waist = rotation_from_yaw_pitch_roll(0.2, 0.3, 0) * low.R_waist;
-  Eigen::VectorXd posture = start;
-  posture(6 + model->joint_index("HEAD_JOINT1")) = 0.4;
-  ASSERT_LT(ik.solve(posture, low, 50).sole_error, 1e-8);
-  const BodyTarget standing = ik.measure(posture);
+  const Eigen::VectorXd low = posture();
+  const BodyTarget standing = ik.measure(low);
   const Pose2 l = to_pose2(standing.X_left), r = to_pose2(standing.X_right);
-  const WalkMotion motion(model, posture, errand({0.5 * (l.x + r.x), 0.5 * (l.y + r.y), place.yaw}));
+  const WalkMotion motion(model, low, errand({0.5 * (l.x + r.x), 0.5 * (l.y + r.y), place.yaw}));
   EXPECT_GT(motion.lead(), 200u);
-  expect_sound(motion, posture);
+  expect_sound(motion, low);
 }
 
 TEST_F(WalkMotionTest, WithoutStepsItOnlyStandsUp) {
@@ -151,6 +170,22 @@ TEST_F(WalkMotionTest, HaltsStanding) {
     EXPECT_EQ(motion.commands().back().support, 2);
     const BodyTarget end = ik.measure(motion.commands().back().q);
     EXPECT_LT(std::abs(end.X_left.translation().z()) + std::abs(end.X_right.translation().z()), 1e-5);
+  }
+}
+
+// Whole or halted after any command, on the way out of a posture too; over wide stances with long steps, where the
+// joints turn most for each millimetre of the centre of mass.
+TEST_F(WalkMotionTest, EndsAtRest) {
+  const Eigen::VectorXd low = posture();
+  const std::vector<Step> steps = wide_walk(6);
+  const std::size_t whole = WalkMotion(model, low, steps).commands().size();
+  for (std::size_t executed = 2; executed < whole + 61; executed += 61) {
+    WalkMotion motion(model, low, steps);
+    motion.halt(executed);
+    const std::vector<Command>& commands = motion.commands();
+    ASSERT_GE(commands.size(), 2u);
+    const Eigen::VectorXd last = (commands.back().q - commands[commands.size() - 2].q) / 0.005;
+    EXPECT_LT(last.cwiseAbs().maxCoeff(), 1e-5) << "[rad/s], halted after command " << executed << " of " << whole;
   }
 }
 

@@ -138,6 +138,11 @@ void WalkingPattern::run_preview(std::size_t from) {
         states_[k][a] = states_[k - 1][a];
         control_.advance(states_[k][a], std::span(reference[a]).subspan(k - 1));
       }
+    }
+  }
+  come_to_rest();
+  for (std::size_t k = from; k < ticks_.size(); ++k) {
+    for (std::size_t a = 0; a < 2; ++a) {
       const auto axis = static_cast<Eigen::Index>(a);
       ticks_[k].com(axis) = states_[k][a].com(0);
       ticks_[k].com_speed(axis) = states_[k][a].com(1);
@@ -146,11 +151,29 @@ void WalkingPattern::run_preview(std::size_t from) {
   }
 }
 
+// The preview control only halves what is left of the way to the middle of the feet every 0.2 s. In the second half of
+// the settling that fades out along a minimum jerk, speed and acceleration with it.
+void WalkingPattern::come_to_rest() {
+  const std::size_t n = ticks_of(0.5 * settings_.settle), begin = ticks_.size() - 1 - n;
+  const double duration = static_cast<double>(n) * settings_.preview.period;
+  for (std::size_t k = 1; k <= n; ++k) {
+    const double u = static_cast<double>(k) / static_cast<double>(n);
+    const double left = 1 - minimum_jerk(u), first = -30 * u * u * (1 - u) * (1 - u) / duration,
+                 second = -60 * u * (1 - u) * (1 - 2 * u) / (duration * duration);  // and its derivatives
+    for (std::size_t a = 0; a < 2; ++a) {
+      Eigen::Vector3d& com = states_[begin + k][a].com;
+      const double middle = ticks_.back().zmp_reference(static_cast<Eigen::Index>(a)), away = com(0) - middle;
+      com = {middle + left * away, left * com(1) + first * away, left * com(2) + 2 * first * com(1) + second * away};
+    }
+  }
+}
+
+std::size_t WalkingPattern::ticks_of(double seconds) const {
+  return static_cast<std::size_t>(std::lround(seconds / settings_.preview.period));
+}
+
 void WalkingPattern::halt(std::size_t tick) {
   tick = std::min(tick, ticks_.size() - 1);
-  const auto ticks_of = [this](double seconds) {
-    return static_cast<std::size_t>(std::lround(seconds / settings_.preview.period));
-  };
   const std::size_t noticed = tick + ticks_of(kHaltNotice);
   std::size_t kept = 0;
   if (tick > ticks_of(settings_.first_hold)) {  // before, the weight has not moved yet: no step is needed
@@ -167,6 +190,8 @@ void WalkingPattern::halt(std::size_t tick) {
   }
   steps_.resize(kept);
   compose_ticks();
+  // In a double support longer than the closing, the halt may come when that would be over: settle from here.
+  ticks_.resize(std::max(ticks_.size(), executed.size() + ticks_of(settings_.settle)), now_);
   std::copy(executed.begin(), executed.end(), ticks_.begin());
   run_preview(tick);
 }

@@ -18,7 +18,7 @@ struct GaitSettings {
   double double_support = 0.1;      // between two steps [s]
   double first_hold = 0.8;          // standing with the plan already in the preview [s]
   double end_double_support = 0.6;  // first and last shift of the weight [s]
-  double settle = 1.6;              // standing at the end until the centre of mass rests [s]
+  double settle = 1.6;              // standing at the end, where the centre of mass comes to rest [s]
   double step_height = 0.05;        // [m]
   double zmp_ahead = 0.012;         // of the sole frame's origin, along the sole [m]
   PreviewSettings preview;
@@ -70,6 +70,8 @@ class WalkingPattern {
   void finish();
   Eigen::Vector2d middle() const;
   void run_preview(std::size_t from);
+  void come_to_rest();
+  std::size_t ticks_of(double seconds) const;
 
   GaitSettings settings_;
   PreviewControl control_;
