@@ -14,6 +14,8 @@ namespace {
 // Near enough to the half-sitting stance to begin at once; in x and y the preview takes up the difference.
 constexpr double kSameCom = 1e-3, kSameHeight = 1e-5, kSameAngle = 1e-5;
 constexpr int kSlowdowns = 3;
+// Of a joint's greatest speed, in the end of a halted walk: a few milliradians of lag are better than further steps.
+constexpr double kHaltSpeed = 1.1;
 // A step longer than any leg's reach is a mistake of the caller's, better named here than as a joint's limit [m].
 constexpr double kLongestStep = 0.6;
 
@@ -123,8 +125,27 @@ void WalkMotion::halt(std::size_t executed) {
     pattern_.reset();
     return;
   }
-  pattern_->halt(executed - lead());
+  // Where a leg would not reach or would be too slow, were the step under way the last, the walk goes on to the next one:
+  // at the latest it ends as it was planned.
+  const WalkingPattern planned = *pattern_;
+  for (std::size_t further = 0; further < steps_; ++further) {
+    *pattern_ = planned;
+    pattern_->halt(executed - lead(), further);
+    if (can_follow_pattern(executed)) return;
+  }
+  *pattern_ = planned;
   follow_pattern(executed);
+}
+
+bool WalkMotion::can_follow_pattern(std::size_t from_command) {
+  try {
+    follow_pattern(from_command);
+  } catch (const Error& e) {
+    if (e.code() == ErrorCode::motion_joint_limit) return false;
+    throw;
+  }
+  std::string joint;
+  return greatest_speed_ratio(ik_.model(), start_, commands_, from_command, limits_.period, joint) <= kHaltSpeed;
 }
 
 }  // namespace periplus::motion

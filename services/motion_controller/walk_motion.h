@@ -29,6 +29,7 @@ class WalkMotion : public Trajectory {
 
  private:
   void follow_pattern(std::size_t from_command);
+  bool can_follow_pattern(std::size_t from_command);  // and has
 
   WholeBodyIk ik_;
   MotionLimits limits_;

@@ -66,7 +66,7 @@ class WalkMotionTest : public ::testing::Test {
   }
 
   // Standing soles never slide, joints keep their limits and speeds.
-  void expect_sound(const WalkMotion& motion, const Eigen::VectorXd& before) {
+  void expect_sound(const WalkMotion& motion, const Eigen::VectorXd& before, double greatest_speed = 1.0) {
     BodyTarget anchored = ik.measure(before);
     for (std::size_t k = 0; k < motion.commands().size(); ++k) {
       const Command& c = motion.commands()[k];
@@ -88,7 +88,7 @@ class WalkMotionTest : public ::testing::Test {
       }
     }
     std::string joint;
-    EXPECT_LE(greatest_speed_ratio(*model, before, motion.commands(), 0, 0.005, joint), 1.0) << joint;
+    EXPECT_LE(greatest_speed_ratio(*model, before, motion.commands(), 0, 0.005, joint), greatest_speed) << joint;
   }
 
   const std::string folder = std::string(PERIPLUS_SOURCE_DIR) + "/deploy/robots/";
@@ -186,6 +186,48 @@ TEST_F(WalkMotionTest, EndsAtRest) {
     ASSERT_GE(commands.size(), 2u);
     const Eigen::VectorXd last = (commands.back().q - commands[commands.size() - 2].q) / 0.005;
     EXPECT_LT(last.cwiseAbs().maxCoeff(), 1e-5) << "[rad/s], halted after command " << executed << " of " << whole;
+  }
+}
+
+// Longest and widest steps of the planner: not each of them can be a walk's last, since the centre of mass is then farther
+// behind when the foot lands.
+TEST_F(WalkMotionTest, HaltsWhereALegWouldNotReach) {
+  std::vector<Step> steps;
+  Pose2 stands = to_pose2(ik.measure(start).X_right);
+  for (int i = 0; i < 8; ++i) {
+    const double out = i % 2 == 0 ? 1 : -1;
+    stands = compose(stands, i % 2 == 0 ? Pose2{0.2, out * 0.26, out * 0.314} : Pose2{0.2, out * 0.16, -out * 0.17});
+    steps.push_back({i % 2, stands});
+  }
+  const WalkMotion whole(model, start, steps);
+  std::size_t shorter = 0;
+  for (std::size_t executed = 0; executed < whole.commands().size(); executed += 130) {
+    WalkMotion motion(model, start, steps);
+    ASSERT_NO_THROW(motion.halt(executed)) << "after command " << executed;
+    for (std::size_t k = 0; k < executed; ++k) ASSERT_EQ(motion.commands()[k].q, whole.commands()[k].q);
+    expect_sound(motion, start, 1.1);
+    EXPECT_LE(motion.commands().size(), whole.commands().size());
+    shorter += motion.commands().size() < whole.commands().size();
+    if (!motion.commands().empty()) {
+      EXPECT_EQ(motion.commands().back().support, 2);
+    }
+  }
+  EXPECT_GT(shorter, 10u);
+}
+
+TEST_F(WalkMotionTest, HaltsSoonInLongSteps) {
+  std::vector<Step> steps;
+  Pose2 body = place;
+  for (int i = 0; i < 12; ++i) {
+    body = compose(body, {0.2, 0, 0});
+    steps.push_back({i % 2, sole(body, i % 2)});
+  }
+  const std::size_t whole = WalkMotion(model, start, steps).commands().size();
+  for (std::size_t executed = 600; executed + 800 < whole; executed += 210) {
+    WalkMotion motion(model, start, steps);
+    motion.halt(executed);
+    EXPECT_LT(motion.commands().size(), executed + 700);  // this step, perhaps the next one, and standing still
+    expect_sound(motion, start, 1.1);
   }
 }
 

@@ -172,7 +172,7 @@ std::size_t WalkingPattern::ticks_of(double seconds) const {
   return static_cast<std::size_t>(std::lround(seconds / settings_.preview.period));
 }
 
-void WalkingPattern::halt(std::size_t tick) {
+void WalkingPattern::halt(std::size_t tick, std::size_t further) {
   tick = std::min(tick, ticks_.size() - 1);
   const std::size_t noticed = tick + ticks_of(kHaltNotice);
   std::size_t kept = 0;
@@ -181,6 +181,7 @@ void WalkingPattern::halt(std::size_t tick) {
     const bool under_way = kept < landed_.size() && landed_[kept] - ticks_of(settings_.single_support) <= noticed;
     if (under_way || kept == 0) ++kept;
   }
+  kept += further;
   if (kept >= landed_.size()) return;  // ends by itself as soon
 
   const std::vector<PatternTick> executed(ticks_.begin(), ticks_.begin() + static_cast<std::ptrdiff_t>(tick) + 1);

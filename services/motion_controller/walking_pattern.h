@@ -56,8 +56,9 @@ class WalkingPattern {
 
   const std::vector<PatternTick>& ticks() const { return ticks_; }
   // Ends the walk as soon as it can stand after `tick` was executed: the step under way is finished, and the next one
-  // if too little of the present one is left to see the end coming. Ticks up to `tick` stay as they are.
-  void halt(std::size_t tick);
+  // if too little of the present one is left to see the end coming; then `further` more. Ticks up to `tick` stay as they
+  // are.
+  void halt(std::size_t tick, std::size_t further = 0);
 
   // Where the weight rests on a sole: its origin shifted ahead.
   static Eigen::Vector2d pressure_point(const GaitSettings& settings, const Pose2& sole);
