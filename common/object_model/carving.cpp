@@ -5,7 +5,6 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -131,14 +130,9 @@ PixelLimits pixel_limits(const DepthMap& map, const voxel::GridGeometry& geometr
   const double h = geometry.voxel_size;
   const float extra = static_cast<float>(settings.solid_extra_voxels * h);
   const bool has_sigma = map.depth_sigma.width == width && map.depth_sigma.height == height;
-  bool gaps = false;
-  for (std::size_t i = 0; i < out.limit.data.size(); ++i) {
-    const float z = map.depth.data[i], least = map.depth_minimum.data[i];
-    const bool measured = (z > 0) & (least > 0) & (z <= std::numeric_limits<float>::max());
-    out.limit.data[i] = measured ? std::min(z, least) : 0.0f;
-    out.kind.data[i] = measured ? PixelKind::surface : PixelKind::none;
-    gaps |= !measured;
-  }
+  static_assert(sizeof(PixelKind) == 1 && static_cast<int>(PixelKind::none) == 0 && static_cast<int>(PixelKind::surface) == 1);
+  const bool gaps = !measured_limits(map.depth.data.data(), map.depth_minimum.data.data(), width * height, out.limit.data.data(),
+                                     reinterpret_cast<std::uint8_t*>(out.kind.data.data()), voxel::Simd::best);
   if (known) {
     // Only points near the box decide about voxels; further ones are free space whatever they belong to.
     const Pose X_GC = geometry.X_WG.inverse() * map.X_WC;
@@ -213,8 +207,8 @@ void SeenThrough::Impl::slab(int bx, std::uint64_t* plane) {
         plane_corners(projection.camera, 8 * bx + x + 1, 8 * by, 8 * bz, corners[plane_known & 1], simd);
         layer_rectangles(projection.camera, 8 * bx + x, 8 * by, 8 * bz, corners[x & 1], corners[plane_known & 1], rectangles, simd);
         if (rectangles.shortest == 0) continue;
-        const int level = std::min(static_cast<int>(std::bit_width(static_cast<unsigned>(rectangles.shortest))) - 1, SquareMinimum::kGreatestLevel);
-        plane[word + x] = candidates[x] & layer_seen_through(rectangles, squares.level(level).data(), projection.camera.width, 1 << level, static_cast<float>(margin), simd);
+        const std::size_t size = SquareMinimum::index_of(rectangles.shortest);
+        plane[word + x] = candidates[x] & layer_seen_through(rectangles, squares.least(size), projection.camera.width, SquareMinimum::kSides[size], static_cast<float>(margin), simd);
       }
     }
   }

@@ -1,5 +1,7 @@
 #include "common/object_model/carving_kernel.h"
 
+#include <limits>
+
 #include "common/object_model/grid_camera_inline.h"
 #include "common/voxel/simd_function.h"
 
@@ -13,6 +15,19 @@ PERIPLUS_INLINE float least(float a, float b) { return a < b ? a : b; }
 PERIPLUS_INLINE float greatest(float a, float b) { return a > b ? a : b; }
 PERIPLUS_INLINE std::int32_t least(std::int32_t a, std::int32_t b) { return a < b ? a : b; }
 PERIPLUS_INLINE std::int32_t greatest(std::int32_t a, std::int32_t b) { return a > b ? a : b; }
+
+PERIPLUS_INLINE bool limits_body(const float* __restrict depth, const float* __restrict minimum, std::int32_t pixels, float* __restrict limit,
+                                 std::uint8_t* __restrict measured) {
+  std::int32_t all = 1;
+  for (std::int32_t i = 0; i < pixels; ++i) {
+    const float z = depth[i], m = minimum[i];
+    const std::int32_t is = (z > 0) & (m > 0) & (z <= std::numeric_limits<float>::max());
+    limit[i] = is != 0 ? least(z, m) : 0.0f;
+    measured[i] = static_cast<std::uint8_t>(is);
+    all &= is;
+  }
+  return all != 0;
+}
 
 PERIPLUS_INLINE void corners_body(const GridCamera& camera, int x, int y0, int z0, PlaneCorners& out) {
   const GridCamera c = camera;  // where no store can change it
@@ -91,11 +106,10 @@ PERIPLUS_INLINE std::uint64_t seen_body(const LayerRectangles& q, const float* s
       if (open == 0) return 0;
     }
   }
-  std::uint64_t seen = 0;
-  for (int i = 0; i < kLayer; ++i) {
-    seen |= static_cast<std::uint64_t>((found[i] > q.depth[i] + margin) & q.inside[i]) << i;
-  }
-  return seen;
+  std::uint32_t lower = 0, upper = 0;
+  for (int i = 0; i < 32; ++i) lower |= static_cast<std::uint32_t>((found[i] > q.depth[i] + margin) & q.inside[i]) << i;
+  for (int i = 0; i < 32; ++i) upper |= static_cast<std::uint32_t>((found[32 + i] > q.depth[32 + i] + margin) & q.inside[32 + i]) << i;
+  return static_cast<std::uint64_t>(upper) << 32 | lower;
 }
 
 PERIPLUS_INLINE void pixels_body(const GridCamera& c, int x, int y0, int z0, LayerPixels& out) {
@@ -108,6 +122,8 @@ PERIPLUS_INLINE void pixels_body(const GridCamera& c, int x, int y0, int z0, Lay
   }
 }
 
+PERIPLUS_SIMD_FUNCTION(bool, limits, (const float* depth, const float* minimum, std::int32_t pixels, float* limit, std::uint8_t* measured),
+                       (depth, minimum, pixels, limit, measured))
 PERIPLUS_SIMD_FUNCTION(void, pixels, (const GridCamera& c, int x, int y, int z, LayerPixels& out), (c, x, y, z, out))
 PERIPLUS_SIMD_FUNCTION(void, corners, (const GridCamera& c, int x, int y, int z, PlaneCorners& out), (c, x, y, z, out))
 PERIPLUS_SIMD_FUNCTION(void, rectangles, (const GridCamera& c, int x, int y, int z, const PlaneCorners& lower, const PlaneCorners& upper, LayerRectangles& out),
@@ -115,6 +131,10 @@ PERIPLUS_SIMD_FUNCTION(void, rectangles, (const GridCamera& c, int x, int y, int
 PERIPLUS_SIMD_FUNCTION(std::uint64_t, seen, (const LayerRectangles& q, const float* squares, int width, int side, float margin), (q, squares, width, side, margin))
 
 }  // namespace
+
+bool measured_limits(const float* depth, const float* minimum, std::int32_t pixels, float* limit, std::uint8_t* measured, voxel::Simd simd) {
+  return limits_for(simd)(depth, minimum, pixels, limit, measured);
+}
 
 void plane_corners(const GridCamera& camera, int x, int y0, int z0, PlaneCorners& out, voxel::Simd simd) { corners_for(simd)(camera, x, y0, z0, out); }
 

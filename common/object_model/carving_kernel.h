@@ -14,6 +14,10 @@ struct GridCamera {
   int width = 0, height = 0;
 };
 
+// Depth pixels that are measured, `depth` and `minimum` [m] both above 0 and `depth` finite: `limit` is the lesser of the two, else 0; `measured` 1 or 0.
+// True if all are.
+bool measured_limits(const float* depth, const float* minimum, std::int32_t pixels, float* limit, std::uint8_t* measured, voxel::Simd simd);
+
 constexpr int kLayer = 64;  // voxels (x, y0 .. y0 + 7, z0 .. z0 + 7), z fastest
 constexpr int kPlane = 72;  // corners (x, y0 .. y0 + 8, z0 .. z0 + 7), z fastest, each with the next along z
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <future>
 #include <limits>
 
@@ -17,35 +18,19 @@ void count(T& counter, int n) {
   counter = static_cast<T>(std::min<int>(counter + n, std::numeric_limits<T>::max()));
 }
 
-// Adds codes of RunVoxels; neighbours in the image mostly fall into the same voxel and are added at once.
-class Counting {
- public:
-  explicit Counting(voxel::BrickField<EvidenceBrick>& bricks) : bricks_(&bricks) {}
-
-  template <class Add>
-  void run(const std::int32_t* codes, std::uint64_t changes, Add&& add) {
-    for (int begin = 0; begin < kRun;) {
-      changes &= changes - 1;
-      const int end = changes != 0 ? std::countr_zero(changes) : kRun;
-      if (const std::int32_t code = codes[begin]; code >= 0) add(brick(code), code >> 1 & (voxel::kBrickVoxels - 1), code & 1, end - begin);
-      begin = end;
-    }
+// Adds the codes of one step; neighbours in the image mostly fall into the same voxel and are added at once. Without branches but for the loop: none
+// of them could be foreseen.
+template <class Counters>
+void add_codes(const std::int32_t* codes, const RunBits& bits, voxel::BrickField<EvidenceBrick>& bricks, Counters&& counters) {
+  for (std::uint64_t voxels = bits.voxels; voxels != 0; voxels &= voxels - 1) {
+    const int begin = std::countr_zero(voxels);
+    const std::uint64_t later = bits.changes & (~1ull << begin);
+    const int end = std::countr_zero(later);  // kRun where there is none
+    const std::int32_t code = codes[begin];
+    EvidenceBrick& brick = bricks.hold(static_cast<std::size_t>(code >> 10));
+    count(counters(brick, code & 1)[static_cast<std::size_t>(code >> 1 & (voxel::kBrickVoxels - 1))], end - begin);
   }
-
- private:
-  EvidenceBrick& brick(std::int32_t code) {
-    const std::int32_t b = code >> 10;
-    if (b != last_) {
-      found_ = &bricks_->hold(static_cast<std::size_t>(b));
-      last_ = b;
-    }
-    return *found_;
-  }
-
-  voxel::BrickField<EvidenceBrick>* bricks_;
-  EvidenceBrick* found_ = nullptr;
-  std::int32_t last_ = -1;
-};
+}
 
 GridRays grid_rays(const DepthMap& map, const voxel::GridGeometry& g, double margin_voxels) {
   const double h = g.voxel_size;
@@ -95,25 +80,32 @@ void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::Gri
           ErrorCode::bad_size, "depth, least depth and limits must have one size");
   const GridRays rays = grid_rays(map, geometry, margin_voxels);
   simd = voxel::resolve(simd);
-  Counting counting(evidence.bricks());
   RunVoxels voxels;
-  float depth[kRun] = {}, sigma[kRun] = {};
+  // The last pixels of a row, filled up.
+  float last_depth[kRun] = {}, last_sigma[kRun] = {};
+  std::uint8_t last_kind[kRun] = {};
   const bool has_sigma = map.depth_sigma.data.size() == map.depth.data.size();
-  std::uint8_t kind[kRun] = {};
+  static_assert(sizeof(PixelKind) == 1);
   for (int y = 0; y < rays.height; ++y) {
     for (int x0 = 0; x0 < rays.width; x0 += kRun) {
       const int n = std::min(kRun, rays.width - x0);
       const std::size_t at = static_cast<std::size_t>(y) * rays.width + x0;
-      std::copy_n(&map.depth.data[at], n, depth);
-      if (has_sigma) std::copy_n(&map.depth_sigma.data[at], n, sigma);
-      std::uint8_t any = 0;
-      for (int i = 0; i < kRun; ++i) any |= kind[i] = i < n ? static_cast<std::uint8_t>(limits.kind.data[at + static_cast<std::size_t>(i)]) : 0;
+      const float *depth = &map.depth.data[at], *sigma = has_sigma ? &map.depth_sigma.data[at] : last_sigma;
+      const auto* kind = reinterpret_cast<const std::uint8_t*>(&limits.kind.data[at]);
+      if (n < kRun) {
+        depth = std::copy_n(depth, n, last_depth) - n;
+        if (has_sigma) sigma = std::copy_n(sigma, n, last_sigma) - n;
+        kind = std::copy_n(kind, n, last_kind) - n;
+      }
+      std::uint64_t kinds[kRun / 8], any = 0;
+      std::memcpy(kinds, kind, kRun);
+      for (const std::uint64_t eight : kinds) any |= eight;
       if (any == 0) continue;
       run_voxels(rays, x0, y, depth, sigma, kind, voxels, simd);
       if (voxels.steps == 0) continue;
-      counting.run(voxels.point, voxels.point_changes, [](EvidenceBrick& b, int i, int, int times) { count(b.points[static_cast<std::size_t>(i)], times); });
+      add_codes(voxels.point, voxels.point_bits, evidence.bricks(), [](EvidenceBrick& b, int) { return b.points.data(); });
       for (int k = 0; k < voxels.steps; ++k)
-        counting.run(voxels.step[k], voxels.step_changes[k], [](EvidenceBrick& b, int i, int solid, int times) { count((solid ? b.solid : b.seen)[static_cast<std::size_t>(i)], times); });
+        add_codes(voxels.step[k], voxels.step_bits[k], evidence.bricks(), [](EvidenceBrick& b, int solid) { return solid != 0 ? b.solid.data() : b.seen.data(); });
     }
   }
 }

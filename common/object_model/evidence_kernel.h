@@ -20,12 +20,16 @@ struct GridRays {
 constexpr int kRun = 64;        // pixels at a time
 constexpr int kMostSteps = 32;  // along a ray
 
+// A bit for each code that is another than the one before it, the first among them; and for those of these that are a voxel's.
+struct RunBits {
+  std::uint64_t changes, voxels;
+};
+
 // Codes: twice the voxel (512 times its brick and within_brick()), and one more for a known solid; -1 for none.
 struct RunVoxels {
   std::int32_t point[kRun];              // the voxel that the depth's point lies in; none for known solids
   std::int32_t step[kMostSteps][kRun];   // those on the ray closely behind and before it, one for each step towards the camera, none twice
-  // A bit for each code that is another than the one before it; the first is.
-  std::uint64_t point_changes, step_changes[kMostSteps];
+  RunBits point_bits, step_bits[kMostSteps];
   int steps;
 };
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <memory>
 #include <mutex>
 #include <vector>
 
@@ -9,29 +11,30 @@
 
 namespace periplus::object_model {
 
-// Least value over every square of 2^level pixels, by its upper left corner; made level by level as far as they are asked for, by whichever
-// thread asks first.
+// Least value over every square of some sizes, by its upper left corner; made size by size as they are asked for, by whichever thread asks first.
 class SquareMinimum {
  public:
   // `image` of one channel stays the caller's.
   explicit SquareMinimum(const ImageF& image) : width_(image.width), height_(image.height), image_(&image) {}
 
-  static constexpr int kGreatestLevel = 6;  // squares of 64 pixels
+  // Each at least two thirds of the next: two beside each other cover what is no longer than twice the shorter one's side.
+  static constexpr std::array<int, 12> kSides{1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64};  // [px]
+  // Index of the longest of these sides that is no longer than `most`, which is at least 1.
+  static std::size_t index_of(int most);
 
-  // Row by row, of the image's size; squares that reach beyond the image are absent (0). 2^level is at most the shorter side, level at most
-  // kGreatestLevel.
-  const std::vector<float>& level(int level);
+  // Row by row, of the image's size; squares that reach beyond the image are absent (0). kSides[index] is at most the image's shorter side.
+  const float* least(std::size_t index);
   int width() const { return width_; }
   int height() const { return height_; }
 
  private:
   int width_, height_;
   const ImageF* image_;
-  struct Level {
-    std::once_flag made;
-    std::vector<float> least;
+  struct Made {
+    std::once_flag once;
+    std::unique_ptr<float[]> least;
   };
-  std::array<Level, kGreatestLevel> levels_;  // from level 1 on
+  std::array<Made, kSides.size()> made_;
 };
 
 // Least and greatest value over blocks of 8 x 8 pixels.

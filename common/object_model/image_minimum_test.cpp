@@ -27,11 +27,21 @@ float least_of(const ImageF& image, int x0, int y0, int x1, int y1) {
 TEST(SquareMinimum, IsTheLeastOfEachSquare) {
   const ImageF image = noise(37, 29);
   SquareMinimum squares(image);
-  for (int level : {4, 0, 2, 3, 1}) {
-    const std::vector<float>& values = squares.level(level);
-    const int side = 1 << level;
+  for (const std::size_t index : {7, 0, 8, 4, 3, 1, 2, 5, 6}) {
+    const float* values = squares.least(index);
+    const int side = SquareMinimum::kSides[index];
     for (int y = 0; y + side <= 29; ++y) {
       for (int x = 0; x + side <= 37; ++x) ASSERT_EQ(values[static_cast<std::size_t>(y) * 37 + x], least_of(image, x, y, x + side - 1, y + side - 1));
+    }
+  }
+}
+
+TEST(SquareMinimum, OffersTheLongestSideThatFits) {
+  for (int most = 1; most <= 70; ++most) {
+    const std::size_t index = SquareMinimum::index_of(most);
+    EXPECT_LE(SquareMinimum::kSides[index], most);
+    if (index + 1 < SquareMinimum::kSides.size()) {
+      EXPECT_GT(SquareMinimum::kSides[index + 1], most);
     }
   }
 }
