@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "common/core/random.h"
@@ -27,6 +29,33 @@ void rectangles(const GridCamera& camera, int x, int y, int z, LayerRectangles& 
   plane_corners(camera, x, y, z, lower, simd);
   plane_corners(camera, x + 1, y, z, upper, simd);
   layer_rectangles(camera, x, y, z, lower, upper, out, simd);
+}
+
+TEST(CarvingKernel, OnlyWhatIsMeasuredHasALimit) {
+  const float inf = std::numeric_limits<float>::infinity(), nan = std::nanf("");
+  const std::vector<float> values{1, 2, 0, -1, inf, nan, 1.5f, 1e-30f};
+  for (const voxel::Simd simd : {voxel::Simd::portable, voxel::Simd::avx2, voxel::Simd::avx512}) {
+    if (!voxel::has_simd(simd)) continue;
+    // Every pair, at any place in a vector and behind its end.
+    for (int shift = 0; shift < 19; ++shift) {
+      std::vector<float> depth(static_cast<std::size_t>(shift), 1.0f), least = depth;
+      for (const float z : values) {
+        for (const float m : values) {
+          depth.push_back(z);
+          least.push_back(m);
+        }
+      }
+      std::vector<float> limit(depth.size());
+      std::vector<std::uint8_t> measured(depth.size());
+      EXPECT_FALSE(measured_limits(depth.data(), least.data(), static_cast<std::int32_t>(depth.size()), limit.data(), measured.data(), simd));
+      EXPECT_TRUE(measured_limits(depth.data(), least.data(), shift, limit.data(), measured.data(), simd));
+      for (std::size_t i = 0; i < depth.size(); ++i) {
+        const bool is = std::isfinite(depth[i]) && depth[i] > 0 && least[i] > 0;
+        EXPECT_EQ(measured[i], is ? 1 : 0) << depth[i] << " " << least[i];
+        EXPECT_EQ(limit[i], is ? std::min(depth[i], least[i]) : 0.0f) << depth[i] << " " << least[i];
+      }
+    }
+  }
 }
 
 TEST(CarvingKernel, RectanglesAreThoseOfTheClosedForm) {

@@ -1,4 +1,4 @@
-// A depth map of 640x480 into a grid of 0.5 m around a sphere before a wall, and beside it Algorithm 3 voxel by voxel and OctoMap's
+// A depth map of 640x480 into a grid of 0.5 m around a sphere before a wall, one of 0.3 m or one that fills its box as an object does, and beside it Algorithm 3 voxel by voxel and OctoMap's
 // insertPointCloud (maxrange -1, lazy_eval true, discretize true, limited to the box) of the same depth. Limited to the box, OctoMap follows
 // only the rays that end in it: those to the wall, which empty the rest of the box for ours, cost it nothing and tell it nothing.
 // Without any limit it takes minutes and 14 GB; limited instead to rays as long as the way to the box's farthest corner, it empties the same
@@ -13,6 +13,7 @@
 #include <fstream>
 #include <map>
 #include <string>
+#include <tuple>
 
 #include "common/object_model/evidence.h"
 #include "common/object_model/testing/sphere_views.h"
@@ -30,12 +31,14 @@ struct Case {
 
 double wall_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-const Case& case_of(int cells) {
-  static std::map<int, Case> cases;
-  const auto [at, is_new] = cases.try_emplace(cells);
+constexpr int kSmall = 30, kFilling = 45;  // diameter [cm]
+
+const Case& case_of(int cells, int diameter_cm = kSmall) {
+  static std::map<std::pair<int, int>, Case> cases;
+  const auto [at, is_new] = cases.try_emplace({cells, diameter_cm});
   Case& c = at->second;
   if (is_new) {
-    const testing::Sphere sphere;
+    const testing::Sphere sphere{.radius = diameter_cm / 200.0};
     const ObjectBox box = testing::box_around(sphere);
     c.grid = voxel::OccupancyGrid(voxel::GridGeometry::from_box(box.X_WB, box.size, 0.5 / cells));
     c.evidence = Evidence(c.grid.geometry());
@@ -75,13 +78,14 @@ void insert(const Case& c, Limit limit, octomap::OcTree& tree) {
 }
 
 // Time of one insertion [s]; once a run for each grid.
-double octomap_seconds(int cells, Limit limit) {
-  static std::map<std::pair<int, Limit>, double> known;
-  const auto [at, is_new] = known.try_emplace({cells, limit}, 0.0);
+double octomap_seconds(int cells, int diameter_cm, Limit limit) {
+  static std::map<std::tuple<int, int, Limit>, double> known;
+  const auto [at, is_new] = known.try_emplace({cells, diameter_cm, limit}, 0.0);
   if (is_new) {
-    octomap::OcTree tree(case_of(cells).grid.geometry().voxel_size);
+    const Case& c = case_of(cells, diameter_cm);
+    octomap::OcTree tree(c.grid.geometry().voxel_size);
     const double start = wall_seconds();
-    insert(case_of(cells), limit, tree);
+    insert(c, limit, tree);
     at->second = wall_seconds() - start;
   }
   return at->second;
@@ -89,9 +93,9 @@ double octomap_seconds(int cells, Limit limit) {
 
 // Limits, carving and points: all that the grid takes from a depth map, on two threads as the model does it; wall time.
 void depth_into_grid(benchmark::State& state) {
-  const int cells = static_cast<int>(state.range(0));
-  const Case& c = case_of(cells);
-  const double octomap = octomap_seconds(cells, Limit::box), whole = cells <= 128 ? octomap_seconds(cells, Limit::longest_ray) : 0;
+  const int cells = static_cast<int>(state.range(0)), diameter_cm = static_cast<int>(state.range(1));
+  const Case& c = case_of(cells, diameter_cm);
+  const double octomap = octomap_seconds(cells, diameter_cm, Limit::box), whole = cells <= 128 ? octomap_seconds(cells, diameter_cm, Limit::longest_ray) : 0;
   double seconds = 0;
   for (auto _ : state) {
     state.PauseTiming();
@@ -172,7 +176,7 @@ void naive(benchmark::State& state) {
 }
 
 void octomap(benchmark::State& state, Limit limit) {
-  const Case& c = case_of(static_cast<int>(state.range(0)));
+  const Case& c = case_of(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
   for (auto _ : state) {
     octomap::OcTree tree(c.grid.geometry().voxel_size);
     insert(c, limit, tree);
@@ -223,7 +227,7 @@ void memory(benchmark::State& state) {
   }
 }
 
-BENCHMARK(depth_into_grid)->ArgName("cells")->Arg(64)->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(depth_into_grid)->ArgNames({"cells", "sphere_cm"})->ArgsProduct({{64, 128, 256}, {kSmall, kFilling}})->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(carving_alone, avx512, voxel::Simd::avx512)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(carving_alone, avx2, voxel::Simd::avx2)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(carving_alone, portable, voxel::Simd::portable)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
@@ -233,8 +237,8 @@ BENCHMARK(labels)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillis
 BENCHMARK(labels_and_surface)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
 BENCHMARK(naive)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
 BENCHMARK(memory)->ArgName("cells")->Arg(128)->Arg(256)->Arg(512)->Iterations(1)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(octomap, insert_point_cloud, Limit::box)->ArgName("cells")->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(octomap, whole_space, Limit::longest_ray)->ArgName("cells")->Arg(64)->Arg(128)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(octomap, insert_point_cloud, Limit::box)->ArgNames({"cells", "sphere_cm"})->ArgsProduct({{128, 256}, {kSmall, kFilling}})->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(octomap, whole_space, Limit::longest_ray)->ArgNames({"cells", "sphere_cm"})->ArgsProduct({{64, 128}, {kSmall, kFilling}})->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace periplus::object_model
