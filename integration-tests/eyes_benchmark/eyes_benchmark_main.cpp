@@ -11,6 +11,7 @@
 #include "common/core/locate.h"
 #include "integration-tests/eyes_benchmark/report.h"
 #include "services/model_server/settings.h"
+#include "services/vision_server/image_memory.h"
 #include "services/vision_server/settings.h"
 
 namespace {
@@ -73,6 +74,7 @@ int run(const Arguments& a, const std::string& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  periplus::vision::keep_image_memory();  // as the vision server does
   CLI::App app{"Stereo, normals and carving against the truth; integration-tests/eyes_benchmark/README.md"};
   Arguments a;
   app.add_option("--output", a.output, "folder of the results");

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
 #include <utility>
 
+#include "services/vision_server/beside.h"
 #include "services/vision_server/box_silhouette.h"
 #include "services/vision_server/normals.h"
 
@@ -73,6 +73,11 @@ std::vector<std::size_t> spread(const std::vector<Keypoint>& points, const std::
   return out;
 }
 
+template <class Picture>
+bool fits(const Picture& image, const Pinhole& camera) {
+  return image.width == camera.width && image.height == camera.height && image.channels == 1;
+}
+
 }  // namespace
 
 void FeatureSettings::check() const {
@@ -83,28 +88,36 @@ void FeatureSettings::check() const {
   require(grow_box_m >= 0, ErrorCode::bad_input, "features: grow_box_m must not be negative");
 }
 
+DetectedFeatures find_right_features(const ImageU8& right, const StereoRig& rig, const Pose& X_WC, const object_model::DepthMap* depth,
+                                     const object_model::ObjectBox& box, const scene::CollisionWorld* known, const FeatureSettings& settings) {
+  settings.check();
+  require(fits(right, rig.camera) && (!depth || fits(depth->depth, rig.camera)), ErrorCode::bad_size,
+          "features need grey images and depth maps of the camera's size");
+  if (settings.selection.method == FeatureSelection::left_alone) return {settings.detector.kind, {}, {}};
+  const Pose X_WR = X_WC * Eigen::Translation3d(rig.baseline, 0, 0);
+  const ImageU8 mask = depth ? mask_of(rig.camera, X_WR, GrownBox(box, settings.grow_box_m, X_WR), known, kGap, [&](int x, int y) { return depth->depth.at(x, y); })
+                             : box_silhouette(rig.camera, X_WR, box, settings.grow_box_m + 0.01);
+  return detect_features(right, mask, settings.detector, kRightSensitivity);
+}
+
 std::vector<object_model::Feature> find_features(const ImageU8& left, const ImageU8& right, const StereoRig& rig,
-                                                 std::span<const object_model::DepthMap> depth_maps, const FilledDisparity& filled,
+                                                 std::span<const object_model::DepthMap> depth, const FilledDisparity& filled,
+                                                 const object_model::ObjectBox& box, const scene::CollisionWorld* known,
+                                                 const FeatureSettings& settings) {
+  require(!depth.empty(), ErrorCode::bad_size, "features need the left eye's depth map");
+  auto of_right = beside([&] { return find_right_features(right, rig, depth[0].X_WC, depth.size() > 1 ? &depth[1] : nullptr, box, known, settings); });
+  return find_features(left, [&] { return of_right.get(); }, rig, depth[0], filled, box, known, settings);
+}
+
+std::vector<object_model::Feature> find_features(const ImageU8& left, const std::function<DetectedFeatures()>& right, const StereoRig& rig,
+                                                 const object_model::DepthMap& depth, const FilledDisparity& filled,
                                                  const object_model::ObjectBox& box, const scene::CollisionWorld* known,
                                                  const FeatureSettings& settings) {
   settings.check();
   const Pinhole& camera = rig.camera;
-  const auto fits = [&](const auto& image) { return image.width == camera.width && image.height == camera.height && image.channels == 1; };
-  require(fits(left) && fits(right) && !depth_maps.empty() && fits(depth_maps[0].depth) && (depth_maps.size() < 2 || fits(depth_maps[1].depth)) &&
-              (filled.disparity.empty() || (fits(filled.disparity) && fits(filled.filled))),
+  require(fits(left, camera) && fits(depth.depth, camera) && (filled.disparity.empty() || (fits(filled.disparity, camera) && fits(filled.filled, camera))),
           ErrorCode::bad_size, "features need grey images, depth maps and disparities of the camera's size");
-  const object_model::DepthMap& depth = depth_maps[0];
-
-  // Both eyes at once.
   const bool pair = settings.selection.method != FeatureSelection::left_alone;
-  auto of_right = std::async(cv::getNumThreads() > 1 ? std::launch::async | std::launch::deferred : std::launch::deferred, [&]() -> DetectedFeatures {
-    if (!pair) return {settings.detector.kind, {}, {}};
-    const Pose X_WR = depth.X_WC * Eigen::Translation3d(rig.baseline, 0, 0);
-    if (depth_maps.size() < 2) return detect_features(right, box_silhouette(camera, X_WR, box, settings.grow_box_m + 0.01), settings.detector, kRightSensitivity);
-    const object_model::DepthMap& map = depth_maps[1];
-    const ImageU8 mask = mask_of(camera, X_WR, GrownBox(box, settings.grow_box_m, X_WR), known, kGap, [&](int x, int y) { return map.depth.at(x, y); });
-    return detect_features(right, mask, settings.detector, kRightSensitivity);
-  });
   const GrownBox grown(box, settings.grow_box_m, depth.X_WC);
   const bool use_filled = settings.on_filled && pair && !filled.disparity.empty();
   const auto sight = [&](int x, int y) -> Sight {
@@ -124,7 +137,7 @@ std::vector<object_model::Feature> find_features(const ImageU8& left, const Imag
     sights[i] = sight(u, v);
     if (sights[i].z > 0 && on_object(camera.back_project(k.u, k.v, sights[i].z))) disparity[i] = rig.disparity(sights[i].z);
   }
-  std::vector<SelectedFeature> chosen = select_features(found, of_right.get(), disparity, settings.selection);
+  std::vector<SelectedFeature> chosen = select_features(found, right(), disparity, settings.selection);
   // A guess has told where to look; the place is where both eyes see the feature.
   std::erase_if(chosen, [&](const SelectedFeature& c) {
     const Keypoint& k = found.points[c.left];

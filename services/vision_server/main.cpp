@@ -1,4 +1,5 @@
 #include "common/service/service.h"
+#include "services/vision_server/image_memory.h"
 #include "services/vision_server/settings.h"
 #include "services/vision_server/vision_server_service.h"
 
@@ -9,6 +10,7 @@ int main(int argc, char** argv) {
       [](Service& service) {
         const auto settings = periplus::vision::read_settings(service.configuration());
         if (service.check_only()) return;
+        periplus::vision::keep_image_memory();
         const periplus::vision::VisionServerService vision(service, settings);
         service.ready();
         service.wait_until_stopped();

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
+#include "services/vision_server/beside.h"
 #include "services/vision_server/box_silhouette.h"
 #include "services/vision_server/disparity_filter.h"
 #include "services/vision_server/match_range.h"
@@ -94,9 +96,18 @@ object_model::Perception perceive(const RectifiedPair& pair, const object_model:
     throw_error(ErrorCode::vision_no_depth, text);
   }
 
+  // The right eye's part meanwhile.
+  struct RightEye {
+    object_model::DepthMap depth;
+    DetectedFeatures features;
+  };
+  auto right_eye = beside([&]() -> RightEye {
+    const Pose X_WR = pair.X_WC * Eigen::Translation3d(pair.rig.baseline, 0, 0);
+    object_model::DepthMap depth = make_depth(disparity.right, pair.rig, X_WR, settings.depth, box_distance);
+    DetectedFeatures features = find_right_features(pair.right_grey, pair.rig, pair.X_WC, &depth, box, surroundings.solids, settings.features);
+    return {std::move(depth), std::move(features)};
+  });
   out.depth.push_back(make_depth(disparity.left, pair.rig, pair.X_WC, settings.depth, box_distance));
-  const Pose X_WR = pair.X_WC * Eigen::Translation3d(pair.rig.baseline, 0, 0);
-  out.depth.push_back(make_depth(disparity.right, pair.rig, X_WR, settings.depth, box_distance));
   step("depth");
   FilledDisparity filled = fill_disparity(disparity.left, pair.left_grey);
   out.silhouette_valid_share = report.valid_share_in_box;
@@ -108,8 +119,13 @@ object_model::Perception perceive(const RectifiedPair& pair, const object_model:
     if (shares->textured < settings.texture.least_share) out.silhouette_valid_share = std::min(out.silhouette_valid_share, shares->textured);
   }
   step("filter");
-  out.features = find_features(pair.left_grey, pair.right_grey, pair.rig, out.depth, filled, box, surroundings.solids,
-                               settings.features);
+  RightEye right;
+  const auto of_right = [&] {
+    right = right_eye.get();
+    return std::move(right.features);
+  };
+  out.features = find_features(pair.left_grey, of_right, pair.rig, out.depth[0], filled, box, surroundings.solids, settings.features);
+  out.depth.push_back(std::move(right.depth));
   step("features");
   out.disparity = std::move(filled.disparity);
   out.disparity_filled = std::move(filled.filled);

@@ -1,11 +1,12 @@
 #include "services/vision_server/stereo_matcher.h"
 
 #include <cmath>
-#include <future>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
+#include <utility>
 
 #include "common/core/error.h"
+#include "services/vision_server/beside.h"
 
 namespace periplus::vision {
 
@@ -80,11 +81,12 @@ DisparityPair match(const ImageU8& left, const ImageU8& right, const DisparityRa
           ErrorCode::bad_input, "the disparity range must be a positive multiple of 16 pixels that fits the image");
   const cv::Mat l = view(left), r = view(right);
   // Both eyes at once: OpenCV spreads only parts of the work over its threads.
-  auto right_way = std::async(cv::getNumThreads() > 1 ? std::launch::async | std::launch::deferred : std::launch::deferred,
-                              [&] { return flipped(one_way(flipped(r), flipped(l), range, settings)); });
+  auto right_way = beside([&] { return flipped(one_way(flipped(r), flipped(l), range, settings)); });
   const cv::Mat of_left = one_way(l, r, range, settings);
   const cv::Mat of_right = right_way.get();
-  return {confirmed(of_left, of_right, -1, settings.left_right_px), confirmed(of_right, of_left, +1, settings.left_right_px)};
+  auto right_confirmed = beside([&] { return confirmed(of_right, of_left, +1, settings.left_right_px); });
+  ImageF left_confirmed = confirmed(of_left, of_right, -1, settings.left_right_px);
+  return {std::move(left_confirmed), right_confirmed.get()};
 }
 
 }  // namespace periplus::vision
