@@ -110,7 +110,7 @@ void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::Gri
   }
 }
 
-void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::OccupancyGrid& grid, Evidence& evidence) {
+void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::OccupancyGrid& grid, Evidence& evidence, voxel::BrickMarks* changed) {
   for (std::size_t word = 0; word < plane.size(); ++word) {
     std::uint64_t empty = plane[word];
     if (empty == 0) continue;
@@ -123,42 +123,48 @@ void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::Occ
         if (counter < votes) empty &= ~(1ull << b);
       }
     }
+    if (changed && ((grid.occupied()[word] | grid.known()[word] | grid.environment()[word]) & empty) != 0) (*changed)[word / 8] = 1;
     grid.occupied()[word] &= ~empty;
     grid.known()[word] &= ~empty;
     grid.environment()[word] &= ~empty;
   }
 }
 
-void carve_and_count(const DepthMap& map, const PixelLimits& limits, double margin_voxels, int votes, voxel::OccupancyGrid& grid, Evidence& evidence) {
+void carve_and_count(const DepthMap& map, const PixelLimits& limits, double margin_voxels, int votes, voxel::OccupancyGrid& grid, Evidence& evidence,
+                     voxel::BrickMarks* changed) {
   SeenThrough carving(grid, map.camera, map.X_WC, limits.limit, margin_voxels);
   // Where no thread starts, `deferred` leaves nothing to the other.
   auto other = std::async(std::launch::async | std::launch::deferred, [&] { carving.work(); });
   add_points(map, limits, grid.geometry(), margin_voxels, evidence);
   carving.work();
   other.get();
-  empty_voxels(carving.plane, votes, grid, evidence);
+  empty_voxels(carving.plane, votes, grid, evidence, changed);
 }
 
 void label(const std::vector<std::uint64_t>& environment, const CarvingSettings& settings, const Evidence& evidence,
-           voxel::OccupancyGrid& grid) {
-  grid.known().assign(grid.known().size(), 0);
-  for (std::size_t w = 0; w < environment.size(); ++w) grid.environment()[w] = environment[w] & grid.occupied()[w];
+           voxel::OccupancyGrid& grid, voxel::BrickMarks* changed) {
+  const std::uint64_t *const occupied = grid.occupied().data(), *const solids = environment.data();
+  std::uint64_t *const known_plane = grid.known().data(), *const environment_plane = grid.environment().data();
   for (std::size_t b = 0; b < evidence.bricks().size(); ++b) {
     const EvidenceBrick* brick = evidence.bricks().find(b);
-    if (!brick) continue;
+    std::uint64_t differs = 0;
     for (std::size_t x = 0; x < 8; ++x) {
       const std::size_t word = 8 * b + x;
-      const std::uint64_t open = grid.occupied()[word] & ~environment[word];
-      if (open == 0) continue;
+      const std::uint64_t open = occupied[word] & ~solids[word];
       std::uint64_t known = 0, solid = 0;
-      for (std::size_t i = 0; i < 64; ++i) {
-        const std::size_t v = 64 * x + i;
-        known |= static_cast<std::uint64_t>(is_seen(*brick, v, settings)) << i;
-        solid |= static_cast<std::uint64_t>(brick->solid[v] >= settings.seen_points) << i;
-      }
-      grid.known()[word] = known & open;
-      grid.environment()[word] |= solid & ~known & open;
+      if (brick && open != 0)
+        for (std::size_t i = 0; i < 64; ++i) {
+          const std::size_t v = 64 * x + i;
+          known |= static_cast<std::uint64_t>(is_seen(*brick, v, settings)) << i;
+          solid |= static_cast<std::uint64_t>(brick->solid[v] >= settings.seen_points) << i;
+        }
+      known &= open;
+      solid = (solids[word] & occupied[word]) | (solid & ~known & open);
+      differs |= (known_plane[word] ^ known) | (environment_plane[word] ^ solid);
+      known_plane[word] = known;
+      environment_plane[word] = solid;
     }
+    if (changed && differs != 0) (*changed)[b] = 1;
   }
 }
 

@@ -63,15 +63,18 @@ class Evidence {
 void add_points(const DepthMap& map, const PixelLimits& limits, const voxel::GridGeometry& geometry, double margin_voxels, Evidence& evidence,
                 voxel::Simd simd = voxel::Simd::best);
 
+// What these change of a grid's planes they note in `changed` if it is given: one mark a brick, for voxel::ExposedFaces. No mark is taken back.
+
 // Empties the voxels of a plane of seen_through(); where `votes` is above 1, only those that as many depth maps have shown to be empty.
-void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::OccupancyGrid& grid, Evidence& evidence);
+void empty_voxels(const std::vector<std::uint64_t>& plane, int votes, voxel::OccupancyGrid& grid, Evidence& evidence, voxel::BrickMarks* changed = nullptr);
 
 // What one depth map says to both: seen_through() and empty_voxels() for the grid, add_points() for the evidence, on two threads where
 // two are to be had.
-void carve_and_count(const DepthMap& map, const PixelLimits& limits, double margin_voxels, int votes, voxel::OccupancyGrid& grid, Evidence& evidence);
+void carve_and_count(const DepthMap& map, const PixelLimits& limits, double margin_voxels, int votes, voxel::OccupancyGrid& grid, Evidence& evidence,
+                     voxel::BrickMarks* changed = nullptr);
 
 // Labels all occupied voxels but those of `environment`, the plane of what was known before the first look.
 void label(const std::vector<std::uint64_t>& environment, const CarvingSettings& settings, const Evidence& evidence,
-           voxel::OccupancyGrid& grid);
+           voxel::OccupancyGrid& grid, voxel::BrickMarks* changed = nullptr);
 
 }  // namespace periplus::object_model

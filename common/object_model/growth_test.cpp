@@ -70,6 +70,7 @@ bool look(ObjectModel& model, const Perception& perception, const Surroundings& 
   Growth growth = grow(model, around, kCarving, kGrowth);
   EXPECT_EQ(growth.refused, "");
   if (growth.model) model = std::move(*growth.model);
+  EXPECT_TRUE(*model.exposed_faces() == voxel::ExposedFaces(model.grid()));
   return growth.model.has_value();
 }
 

@@ -73,31 +73,38 @@ void LogOdds::integrate(const DepthMap& map, const PixelLimits& limits, double f
 }
 
 void LogOdds::label(const std::vector<std::uint64_t>& environment, const CarvingSettings& settings, const Evidence& evidence,
-                    voxel::OccupancyGrid& grid) const {
+                    voxel::OccupancyGrid& grid, voxel::BrickMarks* changed) const {
   const auto empty_below = static_cast<int>(settings.log_odds.empty_below * kLogOddsUnit), known_above = static_cast<int>(settings.log_odds.known_above * kLogOddsUnit);
   const std::vector<std::uint64_t> all = voxel::all_voxels(grid.geometry());
-  grid.known().assign(grid.known().size(), 0);
-  for (std::size_t w = 0; w < environment.size(); ++w) grid.environment()[w] = environment[w] & grid.occupied()[w];
   for (std::size_t b = 0; b < bricks_.size(); ++b) {
     const LogOddsBrick* brick = bricks_.find(b);
-    if (!brick) continue;
     const EvidenceBrick* counters = evidence.bricks().find(b);
+    std::uint64_t differs = 0;
     for (std::size_t x = 0; x < 8; ++x) {
-      std::uint64_t empty = 0, known = 0, solid = 0;
-      for (std::size_t i = 0; i < 64; ++i) {
-        const int value = (*brick)[64 * x + i];
-        empty |= static_cast<std::uint64_t>(value < empty_below) << i;
-        if (!counters) continue;
-        const std::size_t v = 64 * x + i;
-        known |= static_cast<std::uint64_t>(value > known_above && is_seen(*counters, v, settings)) << i;
-        solid |= static_cast<std::uint64_t>(counters->solid[v] >= settings.seen_points) << i;
-      }
       const std::size_t word = 8 * b + x;
-      const std::uint64_t open = all[word] & ~environment[word];
-      grid.occupied()[word] = (grid.occupied()[word] & environment[word]) | (open & ~empty);
-      grid.known()[word] = open & ~empty & known;
-      grid.environment()[word] |= open & ~empty & ~known & solid;
+      std::uint64_t occupied = grid.occupied()[word], known = 0, solid = 0;
+      if (brick) {
+        std::uint64_t empty = 0;
+        for (std::size_t i = 0; i < 64; ++i) {
+          const std::size_t v = 64 * x + i;
+          const int value = (*brick)[v];
+          empty |= static_cast<std::uint64_t>(value < empty_below) << i;
+          if (!counters) continue;
+          known |= static_cast<std::uint64_t>(value > known_above && is_seen(*counters, v, settings)) << i;
+          solid |= static_cast<std::uint64_t>(counters->solid[v] >= settings.seen_points) << i;
+        }
+        const std::uint64_t open = all[word] & ~environment[word] & ~empty;
+        occupied = (occupied & environment[word]) | open;
+        known &= open;
+        solid &= open & ~known;
+      }
+      solid |= environment[word] & occupied;
+      differs |= (grid.occupied()[word] ^ occupied) | (grid.known()[word] ^ known) | (grid.environment()[word] ^ solid);
+      grid.occupied()[word] = occupied;
+      grid.known()[word] = known;
+      grid.environment()[word] = solid;
     }
+    if (changed && differs != 0) (*changed)[b] = 1;
   }
 }
 

@@ -29,8 +29,10 @@ class LogOdds {
   // The same values for any `simd`.
   void integrate(const DepthMap& map, const PixelLimits& limits, double focal_baseline, const CarvingRule& rule, const CarvingSettings& settings,
                  voxel::Simd simd = voxel::Simd::best);
-  // Labels all voxels but those of `environment`, the plane of what was known before the first look.
-  void label(const std::vector<std::uint64_t>& environment, const CarvingSettings& settings, const Evidence& evidence, voxel::OccupancyGrid& grid) const;
+  // Labels all voxels but those of `environment`, the plane of what was known before the first look. Notes in `changed` as the functions of
+  // evidence.h do.
+  void label(const std::vector<std::uint64_t>& environment, const CarvingSettings& settings, const Evidence& evidence, voxel::OccupancyGrid& grid,
+             voxel::BrickMarks* changed = nullptr) const;
 
   // Of a voxel inside the grid.
   double at(const Eigen::Vector3i& v) const;

@@ -12,6 +12,7 @@
 #include "common/core/hash.h"
 #include "common/scene/mesh_solid.h"
 #include "common/scene/scene.h"
+#include "common/voxel/visibility.h"
 
 namespace periplus::object_model {
 
@@ -127,6 +128,7 @@ ObjectModel::ObjectModel(const std::string& object_id, const ObjectBox& box, dou
         }
   }
   state_.known_solids = state_.grid.environment();
+  faces_ = std::make_shared<const voxel::ExposedFaces>(state_.grid);
 }
 
 ObjectModel::ObjectModel(ModelState state) : state_(std::move(state)) {
@@ -146,6 +148,7 @@ ObjectModel::ObjectModel(ModelState state) : state_(std::move(state)) {
     check(state_.tsdf.free()[b]);
     if (const PackedTsdfBrick* brick = state_.tsdf.bricks().find(b)) std::for_each(brick->distinct().begin(), brick->distinct().end(), check);
   }
+  faces_ = std::make_shared<const voxel::ExposedFaces>(state_.grid);
 }
 
 std::shared_ptr<const View> ObjectModel::view(const std::string& view_id) const {
@@ -171,7 +174,8 @@ Integration ObjectModel::integrate(const Perception& perception, const Surroundi
   return add(std::move(kept), surroundings, settings);
 }
 
-void carve(const View& view, const Surroundings& surroundings, const CarvingSettings& settings, bool distances, ModelState& state) {
+void carve(const View& view, const Surroundings& surroundings, const CarvingSettings& settings, bool distances, ModelState& state,
+           voxel::BrickMarks* changed) {
   const voxel::GridGeometry& g = state.grid.geometry();
   const CarvingRule rule = carving_rule(view.silhouette_valid_share, point_sigma(view.covariance, (view.X_WC.translation() - state.box.X_WB.translation()).norm()),
                                         g.voxel_size, settings);
@@ -189,7 +193,7 @@ void carve(const View& view, const Surroundings& surroundings, const CarvingSett
     if (probabilistic)
       add_points(map, limits, g, rule.margin_voxels, state.evidence);
     else
-      carve_and_count(map, limits, rule.margin_voxels, rule.votes, state.grid, state.evidence);
+      carve_and_count(map, limits, rule.margin_voxels, rule.votes, state.grid, state.evidence, changed);
     fault_point(left ? "model.left.counted" : "model.right.counted");
     // The colours are the left eye's.
     if (distances) state.tsdf.integrate(map, limits, left ? view.color : ImageU8{}, settings.truncation_voxels * g.voxel_size);
@@ -197,9 +201,9 @@ void carve(const View& view, const Surroundings& surroundings, const CarvingSett
   }
   fault_point("model.surface");
   if (probabilistic)
-    state.log_odds.label(state.known_solids, settings, state.evidence, state.grid);
+    state.log_odds.label(state.known_solids, settings, state.evidence, state.grid, changed);
   else
-    label(state.known_solids, settings, state.evidence, state.grid);
+    label(state.known_solids, settings, state.evidence, state.grid, changed);
   fault_point("model.labelled");
 }
 
@@ -207,13 +211,17 @@ Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& sur
   const voxel::PairOptions pair;
   voxel::VisibilityWorkspace workspace;
   const auto unknown_pixels = [&] {
-    return voxel::VisibilityScene(state_.grid, surroundings.occluders).evaluate_pair(view->X_WC, view->rig, pair, workspace).pixels;
+    return voxel::VisibilityScene(faces_, surroundings.occluders).evaluate_pair(view->X_WC, view->rig, pair, workspace).pixels;
   };
   const auto pixels_before = unknown_pixels();
   fault_point("model.seen_before");
   const auto unknown_before = state_.grid.counts().unknown;
 
-  carve(*view, surroundings, settings, true, state_);
+  voxel::BrickMarks changed(voxel::brick_count(state_.grid.geometry()));
+  carve(*view, surroundings, settings, true, state_, &changed);
+  auto faces = std::make_shared<voxel::ExposedFaces>(*faces_);
+  faces->update(state_.grid, changed);
+  faces_ = std::move(faces);
   ++state_.grid.revision;
 
   view->result.revision = state_.grid.revision;

@@ -1,7 +1,7 @@
 // The model of one object as it is being learnt: occupancy grid, signed distances with colours, and the views with their
 // features. A value: copies are independent, so that a caller may integrate into a copy and keep the old one on failure.
 //
-// Of 512 voxels along each side it takes some 170 MB besides the pictures and depth maps of its views; in the probabilistic mode, which holds
+// Of 512 voxels along each side it takes some 175 MB besides the pictures and depth maps of its views; in the probabilistic mode, which holds
 // log-odds wherever a depth map has reached, some 420 MB (carving_bench, `memory`).
 //
 // World frame W, grid frame G (common/voxel/occupancy_grid.h), optical camera frames C. Metres, pixels.
@@ -20,8 +20,9 @@
 #include "common/object_model/perception.h"
 #include "common/object_model/stored_depth.h"
 #include "common/object_model/tsdf.h"
+#include "common/voxel/exposed_faces.h"
+#include "common/voxel/occluder.h"
 #include "common/voxel/occupancy_grid.h"
-#include "common/voxel/visibility.h"
 
 namespace periplus::scene {
 class CollisionWorld;
@@ -98,8 +99,9 @@ struct ModelState {
 };
 
 // Carves, counts and labels with a view's depth maps as ObjectModel::integrate does, and adds its signed distances if `distances`. A
-// state without a mode takes that of `settings`; all else of it stays as it is.
-void carve(const View& view, const Surroundings& surroundings, const CarvingSettings& settings, bool distances, ModelState& state);
+// state without a mode takes that of `settings`; all else of it stays as it is. Marks in `changed` the bricks of which it changes a plane.
+void carve(const View& view, const Surroundings& surroundings, const CarvingSettings& settings, bool distances, ModelState& state,
+           voxel::BrickMarks* changed = nullptr);
 
 class ObjectModel {
  public:
@@ -131,6 +133,8 @@ class ObjectModel {
 
   const ModelState& state() const { return state_; }
   const voxel::OccupancyGrid& grid() const { return state_.grid; }
+  // Of this grid, kept from view to view. It stays as it is when the model takes in another view.
+  const std::shared_ptr<const voxel::ExposedFaces>& exposed_faces() const { return faces_; }
   // Null if there is no such view.
   std::shared_ptr<const View> view(const std::string& view_id) const;
 
@@ -151,6 +155,7 @@ class ObjectModel {
   Integration add(std::shared_ptr<View> view, const Surroundings& surroundings, const CarvingSettings& settings);
 
   ModelState state_;
+  std::shared_ptr<const voxel::ExposedFaces> faces_;  // follows from state_.grid; copies of the model share it until one of them changes
 };
 
 }  // namespace periplus::object_model

@@ -12,6 +12,9 @@ namespace periplus::voxel {
 
 constexpr int kBrickVoxels = 512;
 
+// One for each brick of a grid, by its index: not 0 where something of the brick has changed.
+using BrickMarks = std::vector<std::uint8_t>;
+
 inline std::size_t brick_count(const GridGeometry& g) {
   const Eigen::Vector3i nb = g.bricks();
   return static_cast<std::size_t>(nb.x()) * nb.y() * nb.z();

@@ -19,6 +19,7 @@
 
 #include "common/geometry/camera.h"
 #include "common/geometry/pose.h"
+#include "common/voxel/exposed_faces.h"
 #include "common/voxel/occluder.h"
 #include "common/voxel/occupancy_grid.h"
 #include "common/voxel/pixel_table.h"
@@ -118,6 +119,9 @@ class VisibilityScene {
   // grid are left out.
   explicit VisibilityScene(const OccupancyGrid& grid, const std::vector<Occluder>& occluders = {},
                            const std::vector<Eigen::Vector3i>& watched = {});
+  // The same of a grid whose faces are kept; they must not be changed afterwards.
+  explicit VisibilityScene(std::shared_ptr<const ExposedFaces> faces, const std::vector<Occluder>& occluders = {},
+                           const std::vector<Eigen::Vector3i>& watched = {});
 
   // The camera may stand anywhere, inside the grid's box too; a voxel that contains it is not seen. Any pinhole will do, with
   // its principal point outside the image and as large as a panorama of 2560 x 1920.
@@ -156,19 +160,14 @@ class VisibilityScene {
 
  private:
   struct Raster;
-  // Bit planes of eight voxels each way: word x, bit y * 8 + z.
-  struct Planes {
-    Eigen::Vector3i at;                                    // in bricks
-    std::array<std::array<std::uint64_t, 8>, 6> free_face;  // voxels with that face uncovered; by direction as in Face
-    std::array<std::uint64_t, 8> unknown, environment, watched;
-  };
   // A brick with unknown or watched voxels that have a free face.
   struct Counted {
     std::int32_t brick;          // of list_
     std::uint8_t octants;        // of camera positions that such a face looks to; bit as in VisibilityBrick
     float middle[3], extent[3];  // box around these voxels, in the grid [voxels]
   };
-  void list_voxels();
+  void list_voxels(const std::vector<Eigen::Vector3i>& watched);
+  void put_occluders(const std::vector<Occluder>& occluders);
   // To workspace.turns, outward from the eye (grid frame, voxels).
   void order_bricks(const Eigen::Vector3d& eye, VisibilityWorkspace& workspace) const;
   // Uncovers where unknown or watched voxels may lie. How many of the turns they take: none behind these hides them.
@@ -176,8 +175,8 @@ class VisibilityScene {
 
   GridGeometry geometry_;
   Eigen::Vector3i bricks_{0, 0, 0};
-  std::vector<Planes> planes_;            // of the bricks with a free face
-  std::vector<VisibilityBrick> list_;     // the same for the kernel
+  std::shared_ptr<const ExposedFaces> faces_;
+  std::vector<VisibilityBrick> list_;     // the bricks with a free face, for the kernel
   std::vector<Counted> counted_;
   std::vector<std::uint32_t> codes_;
   std::size_t surface_ = 0;               // voxels with a free face

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/voxel/brick_field.h"
 #include "common/voxel/convex.h"
 #include "common/voxel/visibility.h"
 
@@ -35,66 +36,38 @@ std::uint64_t with_lines_turned(std::uint64_t word) {
   return (word >> 4 & 0x0f0f0f0f0f0f0f0full) | (word & 0x0f0f0f0f0f0f0f0full) << 4;
 }
 
+// A byte for each of eight bits: 1 or 0.
+std::uint64_t bytes_of(std::uint64_t bits) {
+  return (((bits & 0xff) * kZLow & 0x8040201008040201ull) + 0x7f7f7f7f7f7f7f7full) >> 7 & kZLow;
+}
+
+// The codes of a word's 64 voxels, eight at a time.
+void put_codes(std::uint32_t x, std::uint64_t unknown, std::uint64_t environment, std::uint64_t watched, std::uint32_t* codes) {
+  static_assert(kVoxelUnknown < 256 && kVoxelEnvironment < 256 && kVoxelWatched < 256);
+  for (std::uint32_t y = 0; y < 8; ++y) {
+    const std::uint64_t is = bytes_of(unknown >> 8 * y) * kVoxelUnknown | bytes_of(environment >> 8 * y) * kVoxelEnvironment |
+                             bytes_of(watched >> 8 * y) * kVoxelWatched;
+    const std::uint32_t line = x | y << kVoxelY;
+    for (std::uint32_t z = 0; z < 8; ++z) codes[8 * y + z] = line | z << kVoxelZ | static_cast<std::uint32_t>(is >> 8 * z & 0xff);
+  }
+}
+
 }  // namespace
 
-VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Occluder>& occluders,
+VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Occluder>& occluders, const std::vector<Eigen::Vector3i>& watched)
+    : VisibilityScene(std::make_shared<const ExposedFaces>(grid), occluders, watched) {}
+
+VisibilityScene::VisibilityScene(std::shared_ptr<const ExposedFaces> faces, const std::vector<Occluder>& occluders,
                                  const std::vector<Eigen::Vector3i>& watched)
-    : geometry_(grid.geometry()), bricks_(geometry_.bricks()) {
-  geometry_.check();
+    : geometry_(faces->geometry()), bricks_(geometry_.bricks()), faces_(std::move(faces)) {
   require((geometry_.size.array() <= Eigen::Array3i(1024, 1024, 512)).all(), ErrorCode::bad_input,
           "visibility takes grids of at most 1024 x 1024 x 512 voxels; choose larger voxels or a smaller box");
-  const Eigen::Vector3i n = bricks_;
-  const auto brick_at = [&](const Eigen::Vector3i& b) -> std::ptrdiff_t {
-    if ((b.array() < 0).any() || (b.array() >= n.array()).any()) return -1;
-    return (static_cast<std::ptrdiff_t>(b.x()) * n.y() + b.y()) * n.z() + b.z();
-  };
-  const auto word_at = [&](const Eigen::Vector3i& b, int x) -> std::uint64_t {
-    const std::ptrdiff_t at = brick_at(b);
-    return at < 0 ? 0 : grid.occupied()[at * 8 + x];
-  };
-  std::vector<std::int32_t> index(static_cast<std::size_t>(n.x()) * n.y() * n.z(), -1);  // brick -> planes_
-  for (int bx = 0; bx < n.x(); ++bx) {
-    for (int by = 0; by < n.y(); ++by) {
-      for (int bz = 0; bz < n.z(); ++bz) {
-        const Eigen::Vector3i at(bx, by, bz);
-        const std::size_t base = static_cast<std::size_t>(brick_at(at)) * 8;
-        Planes brick{};
-        brick.at = at;
-        std::uint64_t any = 0;
-        for (int x = 0; x < 8; ++x) {
-          const std::uint64_t w = grid.occupied()[base + x];
-          if (w == 0) continue;
-          // Occupancy of each voxel's neighbour in the six directions.
-          const std::uint64_t neighbours[6] = {
-              x > 0 ? grid.occupied()[base + x - 1] : word_at(at - Eigen::Vector3i::UnitX(), 7),
-              x < 7 ? grid.occupied()[base + x + 1] : word_at(at + Eigen::Vector3i::UnitX(), 0),
-              w << 8 | word_at(at - Eigen::Vector3i::UnitY(), x) >> 56,
-              w >> 8 | word_at(at + Eigen::Vector3i::UnitY(), x) << 56,
-              (w & ~(kZLow << 7)) << 1 | (word_at(at - Eigen::Vector3i::UnitZ(), x) >> 7 & kZLow),
-              (w & ~kZLow) >> 1 | (word_at(at + Eigen::Vector3i::UnitZ(), x) & kZLow) << 7};
-          std::uint64_t free = 0;
-          for (int d = 0; d < 6; ++d) {
-            brick.free_face[d][x] = w & ~neighbours[d];
-            free |= brick.free_face[d][x];
-          }
-          any |= free;
-          surface_ += static_cast<std::size_t>(std::popcount(free));
-          brick.environment[x] = w & grid.environment()[base + x];
-          brick.unknown[x] = w & ~grid.known()[base + x] & ~grid.environment()[base + x];
-        }
-        if (any == 0) continue;
-        index[base / 8] = static_cast<std::int32_t>(planes_.size());
-        planes_.push_back(brick);
-      }
-    }
-  }
-  for (const Eigen::Vector3i& v : watched) {
-    if (!geometry_.contains(v)) continue;
-    const std::int32_t at = index[brick_at(Eigen::Vector3i(v.x() / 8, v.y() / 8, v.z() / 8))];
-    if (at >= 0) planes_[at].watched[v.x() & 7] |= OccupancyGrid::bit(v);
-  }
   watched_ = watched.size();
-  list_voxels();
+  list_voxels(watched);
+  put_occluders(occluders);
+}
+
+void VisibilityScene::put_occluders(const std::vector<Occluder>& occluders) {
   const Pose X_GW = geometry_.X_WG.inverse();
   for (const Occluder& occluder : occluders) {
     Points points;
@@ -125,25 +98,31 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
   }
 }
 
-void VisibilityScene::list_voxels() {
-  list_.reserve(planes_.size());
+void VisibilityScene::list_voxels(const std::vector<Eigen::Vector3i>& watched) {
+  BrickField<std::array<std::uint64_t, 8>> marked;
+  if (!watched.empty()) marked = BrickField<std::array<std::uint64_t, 8>>(geometry_);
+  for (const Eigen::Vector3i& v : watched)
+    if (geometry_.contains(v)) marked.hold(brick_of(geometry_, v))[v.x() & 7] |= OccupancyGrid::bit(v);
+  faces_->for_each([&](const ExposedBrick& p) {
+    for (std::size_t x = 0; x < 8; ++x) surface_ += static_cast<std::size_t>(std::popcount(p.exposed(x)));
+  });
+  list_.reserve(faces_->held());
   codes_.reserve(8 * surface_ + 16);  // at most
-  for (const Planes& p : planes_) {
+  faces_->for_each([&](const ExposedBrick& p) {
+    const Eigen::Vector3i at = geometry_.brick_position(p.brick);
     VisibilityBrick brick{};
-    for (int a = 0; a < 3; ++a) brick.at[a] = p.at[a];
-    std::uint64_t any[8] = {};  // voxels with a free face
-    for (int x = 0; x < 8; ++x) {
-      for (int d = 0; d < 6; ++d) any[x] |= p.free_face[d][x];
+    for (int a = 0; a < 3; ++a) brick.at[a] = at[a];
+    std::uint64_t any[8], counts[8];  // voxels with a free face; unknown or watched
+    for (std::size_t x = 0; x < 8; ++x) {
+      any[x] = p.exposed(x);
+      counts[x] = p.unknown[x];
     }
-    box_of(any, p.at, brick.middle, brick.extent);
+    const std::array<std::uint64_t, 8>* watch = watched.empty() ? nullptr : marked.find(p.brick);
+    for (std::size_t x = 0; watch && x < 8; ++x) counts[x] |= (*watch)[x];
+    box_of(any, at, brick.middle, brick.extent);
     std::uint32_t codes[512];
-    const auto is = [](std::uint64_t word, std::uint32_t bit) { return static_cast<std::uint32_t>(word >> bit & 1); };
-    for (std::uint32_t x = 0; x < 8; ++x) {
-      if (any[x] == 0) continue;
-      for (std::uint32_t bit = 0; bit < 64; ++bit)
-        codes[64 * x + bit] = x << kVoxelX | (bit >> 3) << kVoxelY | (bit & 7) << kVoxelZ | is(p.unknown[x], bit) * kVoxelUnknown |
-                              is(p.environment[x], bit) * kVoxelEnvironment | is(p.watched[x], bit) * kVoxelWatched;
-    }
+    for (std::size_t x = 0; x < 8; ++x)
+      if (any[x] != 0) put_codes(static_cast<std::uint32_t>(x) << kVoxelX, p.unknown[x], p.environment[x], watch ? (*watch)[x] : 0, codes + 64 * x);
     Counted counted{static_cast<std::int32_t>(list_.size()), 0, {}, {}};
     for (int octant = 0; octant < 8; ++octant) {
       brick.first[octant] = static_cast<std::uint32_t>(codes_.size());
@@ -155,7 +134,7 @@ void VisibilityScene::list_voxels() {
       for (int i = 0; i < 8; ++i) {
         const int x = up[0] != 0 ? 7 - i : i;
         std::uint64_t seen = p.free_face[up[0]][x] | p.free_face[2 + up[1]][x] | p.free_face[4 + up[2]][x];
-        of_interest |= seen & (p.unknown[x] | p.watched[x]);
+        of_interest |= seen & counts[x];
         if (up[1] != 0) seen = __builtin_bswap64(seen);
         if (up[2] != 0) seen = with_lines_turned(seen);
         for (const std::uint32_t* const plane = &codes[64 * x]; seen != 0; seen &= seen - 1) *end++ = plane[std::countr_zero(seen) ^ turned];
@@ -165,54 +144,54 @@ void VisibilityScene::list_voxels() {
       if (of_interest != 0) counted.octants |= static_cast<std::uint8_t>(1 << octant);
     }
     if (counted.octants != 0) {
-      for (int x = 0; x < 8; ++x) any[x] &= p.unknown[x] | p.watched[x];
-      box_of(any, p.at, counted.middle, counted.extent);
+      for (int x = 0; x < 8; ++x) any[x] &= counts[x];
+      box_of(any, at, counted.middle, counted.extent);
       counted_.push_back(counted);
     }
     list_.push_back(brick);
-  }
+  });
   codes_.resize(codes_.size() + 16);
 }
 
 std::size_t VisibilityScene::unknown_face_count() const {
   std::size_t count = 0;
-  for (const Planes& b : planes_) {
+  faces_->for_each([&](const ExposedBrick& b) {
     for (int d = 0; d < 6; ++d) {
-      for (int x = 0; x < 8; ++x) count += std::popcount(b.free_face[d][x] & b.unknown[x]);
+      for (int x = 0; x < 8; ++x) count += static_cast<std::size_t>(std::popcount(b.free_face[d][x] & b.unknown[x]));
     }
-  }
+  });
   return count;
 }
 
 std::vector<VisibilityScene::Face> VisibilityScene::unknown_faces(std::size_t stride) const {
   std::vector<Face> faces;
   std::size_t seen = 0;
-  for (const Planes& b : planes_) {
+  faces_->for_each([&](const ExposedBrick& b) {
+    const Eigen::Vector3i first = 8 * geometry_.brick_position(b.brick);
     for (int d = 0; d < 6; ++d) {
       for (int x = 0; x < 8; ++x) {
         for (std::uint64_t word = b.free_face[d][x] & b.unknown[x]; word != 0; word &= word - 1) {
           if (seen++ % std::max<std::size_t>(stride, 1) != 0) continue;
           const int bit = std::countr_zero(word);
-          faces.push_back({index(Eigen::Vector3i(b.at[0] * 8 + x, b.at[1] * 8 + (bit >> 3), b.at[2] * 8 + (bit & 7))), d});
+          faces.push_back({index(first + Eigen::Vector3i(x, bit >> 3, bit & 7)), d});
         }
       }
     }
-  }
+  });
   return faces;
 }
 
 std::vector<std::uint32_t> VisibilityScene::surface() const {
   std::vector<std::uint32_t> voxels;
-  for (const Planes& b : planes_) {
+  faces_->for_each([&](const ExposedBrick& b) {
+    const Eigen::Vector3i first = 8 * geometry_.brick_position(b.brick);
     for (int x = 0; x < 8; ++x) {
-      std::uint64_t word = 0;
-      for (int d = 0; d < 6; ++d) word |= b.free_face[d][x];
-      for (; word != 0; word &= word - 1) {
+      for (std::uint64_t word = b.exposed(static_cast<std::size_t>(x)); word != 0; word &= word - 1) {
         const int bit = std::countr_zero(word);
-        voxels.push_back(index(Eigen::Vector3i(b.at[0] * 8 + x, b.at[1] * 8 + (bit >> 3), b.at[2] * 8 + (bit & 7))));
+        voxels.push_back(index(first + Eigen::Vector3i(x, bit >> 3, bit & 7)));
       }
     }
-  }
+  });
   return voxels;
 }
 
