@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ostream>
 
 #include "common/object_model/model_file.h"
 #include "common/object_model/testing/random_scene.h"
@@ -76,8 +77,10 @@ TEST(ExposedFacesProperty, CarvingAndLabellingMarkWhatTheyChange) {
 void expect_faces_of_its_grid(const ObjectModel& model) { EXPECT_TRUE(*model.exposed_faces() == voxel::ExposedFaces(model.grid())); }
 
 struct Way {
+  const char* name;
   CarvingMode mode;
   double silhouette_valid_share;  // little: cautious maps, which empty by votes
+  friend std::ostream& operator<<(std::ostream& to, const Way& way) { return to << way.name; }
 };
 
 class KeptFaces : public ::testing::TestWithParam<Way> {};
@@ -102,7 +105,12 @@ TEST_P(KeptFaces, AreThoseOfTheGridAfterEachViewOfAModelAndOfItsCopies) {
     Perception view = ideal_view(sphere, n, 6, 160, 120);
     view.silhouette_valid_share = GetParam().silhouette_valid_share;
     const voxel::OccupancyGrid grid = model.grid();
-    model.integrate(view, around, settings);
+    const Integration result = model.integrate(view, around, settings);
+    const auto pixels = [&](const voxel::OccupancyGrid& of) {
+      voxel::VisibilityWorkspace workspace;
+      return static_cast<double>(voxel::VisibilityScene(of, around.occluders).evaluate_pair(view.X_WC, view.rig, {}, workspace).pixels);
+    };
+    EXPECT_EQ(result.found_gain_px, pixels(grid) - pixels(model.grid()));
     expect_faces_of_its_grid(model);
     EXPECT_NE(count(differing(grid, model.grid())), 0u);
     expect_faces_of_its_grid(before);  // the copy is what it was
@@ -127,7 +135,8 @@ TEST_P(KeptFaces, AreThoseOfTheGridAfterEachViewOfAModelAndOfItsCopies) {
   expect_faces_of_its_grid(model.within(larger, around, settings));
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, KeptFaces, ::testing::Values(Way{CarvingMode::conservative, 1}, Way{CarvingMode::conservative, 0.3}, Way{CarvingMode::probabilistic, 1}));
+INSTANTIATE_TEST_SUITE_P(Ways, KeptFaces, ::testing::Values(Way{"conservative", CarvingMode::conservative, 1}, Way{"votes", CarvingMode::conservative, 0.3},
+                                           Way{"probabilistic", CarvingMode::probabilistic, 1}));
 
 }  // namespace
 }  // namespace periplus::object_model

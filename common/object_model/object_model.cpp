@@ -12,7 +12,6 @@
 #include "common/core/hash.h"
 #include "common/scene/mesh_solid.h"
 #include "common/scene/scene.h"
-#include "common/voxel/visibility.h"
 
 namespace periplus::object_model {
 
@@ -208,12 +207,10 @@ void carve(const View& view, const Surroundings& surroundings, const CarvingSett
 }
 
 Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& surroundings, const CarvingSettings& settings) {
-  const voxel::PairOptions pair;
   voxel::VisibilityWorkspace workspace;
-  const auto unknown_pixels = [&] {
-    return voxel::VisibilityScene(faces_, surroundings.occluders).evaluate_pair(view->X_WC, view->rig, pair, workspace).pixels;
-  };
-  const auto pixels_before = unknown_pixels();
+  const auto unknown_pixels = [&](const voxel::VisibilityScene& scene) { return scene.evaluate_pair(view->X_WC, view->rig, {}, workspace).pixels; };
+  const voxel::VisibilityScene before(faces_, surroundings.occluders, {}, scene_.get());
+  const auto pixels_before = unknown_pixels(before);
   fault_point("model.seen_before");
   const auto unknown_before = state_.grid.counts().unknown;
 
@@ -221,12 +218,13 @@ Integration ObjectModel::add(std::shared_ptr<View> view, const Surroundings& sur
   carve(*view, surroundings, settings, true, state_, &changed);
   auto faces = std::make_shared<voxel::ExposedFaces>(*faces_);
   faces->update(state_.grid, changed);
+  scene_ = std::make_shared<const voxel::VisibilityScene>(faces, surroundings.occluders, std::vector<Eigen::Vector3i>(), &before);
   faces_ = std::move(faces);
   ++state_.grid.revision;
 
   view->result.revision = state_.grid.revision;
   view->result.counts = state_.grid.counts();
-  view->result.found_gain_px = static_cast<double>(pixels_before) - static_cast<double>(unknown_pixels());
+  view->result.found_gain_px = static_cast<double>(pixels_before) - static_cast<double>(unknown_pixels(*scene_));
   view->result.found_gain_voxels = static_cast<double>(unknown_before) - static_cast<double>(view->result.counts.unknown);
   const Integration result = view->result;
   state_.views.push_back(std::move(view));

@@ -1,8 +1,8 @@
 // The model of one object as it is being learnt: occupancy grid, signed distances with colours, and the views with their
 // features. A value: copies are independent, so that a caller may integrate into a copy and keep the old one on failure.
 //
-// Of 512 voxels along each side it takes some 175 MB besides the pictures and depth maps of its views; in the probabilistic mode, which holds
-// log-odds wherever a depth map has reached, some 420 MB (carving_bench, `memory`).
+// Of 512 voxels along each side it takes some 185 MB besides the pictures and depth maps of its views; in the probabilistic mode, which holds
+// log-odds wherever a depth map has reached, some 435 MB (carving_bench, `memory`).
 //
 // World frame W, grid frame G (common/voxel/occupancy_grid.h), optical camera frames C. Metres, pixels.
 #pragma once
@@ -21,8 +21,8 @@
 #include "common/object_model/stored_depth.h"
 #include "common/object_model/tsdf.h"
 #include "common/voxel/exposed_faces.h"
-#include "common/voxel/occluder.h"
 #include "common/voxel/occupancy_grid.h"
+#include "common/voxel/visibility.h"
 
 namespace periplus::scene {
 class CollisionWorld;
@@ -155,7 +155,9 @@ class ObjectModel {
   Integration add(std::shared_ptr<View> view, const Surroundings& surroundings, const CarvingSettings& settings);
 
   ModelState state_;
-  std::shared_ptr<const voxel::ExposedFaces> faces_;  // follows from state_.grid; copies of the model share it until one of them changes
+  // What follows from state_.grid; copies of the model share it until one of them changes.
+  std::shared_ptr<const voxel::ExposedFaces> faces_;
+  std::shared_ptr<const voxel::VisibilityScene> scene_;  // that the last look left, for the next; none before the first
 };
 
 }  // namespace periplus::object_model

@@ -112,14 +112,14 @@ void VisibilityScene::order_bricks(const Eigen::Vector3d& eye, VisibilityWorkspa
   };
   std::vector<std::int32_t>& end = workspace.turn_end;
   end.assign(static_cast<std::size_t>(27 * longest + 1), 0);
-  workspace.brick_level.resize(list_.size());
-  for (std::size_t i = 0; i < list_.size(); ++i) {
-    workspace.brick_level[i] = level_of(list_[i]);
+  workspace.brick_level.resize(lists_->bricks.size());
+  for (std::size_t i = 0; i < lists_->bricks.size(); ++i) {
+    workspace.brick_level[i] = level_of(lists_->bricks[i]);
     ++end[static_cast<std::size_t>(workspace.brick_level[i] + 1)];
   }
   for (std::size_t i = 1; i < end.size(); ++i) end[i] += end[i - 1];
-  workspace.turns.resize(list_.size());
-  for (std::size_t i = 0; i < list_.size(); ++i) {
+  workspace.turns.resize(lists_->bricks.size());
+  for (std::size_t i = 0; i < lists_->bricks.size(); ++i) {
     const std::int32_t level = workspace.brick_level[i];
     workspace.turns[static_cast<std::size_t>(end[static_cast<std::size_t>(level)]++)] = {static_cast<std::int32_t>(i), level};
   }
@@ -250,8 +250,8 @@ std::int32_t VisibilityScene::open_counted(Raster& raster, const Eigen::Vector3d
   int own[3];
   for (int a = 0; a < 3; ++a) own[a] = static_cast<int>(std::floor(std::clamp(eye[a] / 8, -1.0, double(bricks_[a]))));
   std::int32_t last = -1;  // level
-  for (const Counted& c : counted_) {
-    const std::int32_t* at = list_[static_cast<std::size_t>(c.brick)].at;
+  for (const Counted& c : lists_->counted) {
+    const std::int32_t* at = lists_->bricks[static_cast<std::size_t>(c.brick)].at;
     const bool beside = at[0] == own[0] || at[1] == own[1] || at[2] == own[2];
     const int octant = (at[0] < own[0] ? 1 : 0) | (at[1] < own[1] ? 2 : 0) | (at[2] < own[2] ? 4 : 0);
     if (!beside && (c.octants >> octant & 1) == 0) continue;
@@ -339,7 +339,7 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const Vi
   raster.height = camera.height;
   raster.rows = (camera.height + 31) / 16 * 16;
   // Where nearly everything counts, uncovering takes longer than it saves.
-  const bool masked = options.unknown_alone && 2 * counted_.size() < list_.size();
+  const bool masked = options.unknown_alone && 2 * lists_->counted.size() < lists_->bricks.size();
   raster.clear(workspace.coverage, masked);
   const Pose X_CG = X_WC.inverse() * geometry_.X_WG;
   Eigen::Matrix3d K;
@@ -358,8 +358,8 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const Vi
   }
 
   VisibilityKernelInput in{};
-  in.bricks = list_.data();
-  in.codes = codes_.data();
+  in.bricks = lists_->bricks.data();
+  in.codes = lists_->codes.data();
   in.turns = workspace.turns.data();
   in.turn_count = turn_count;
   in.center[0] = camera.width / 2;
@@ -385,7 +385,7 @@ void VisibilityScene::evaluate(const Pose& X_WC, const Pinhole& camera, const Vi
   in.more_than_pixels = static_cast<std::uint32_t>(options.more_than_pixels);
 
   VisibilityKernelOutput out{};
-  out.unknown = result.unknown.reserve(surface_ + 16);
+  out.unknown = result.unknown.reserve(lists_->surface + 16);
   out.watched = result.watched.reserve(watched_ + 16);
   kernel(in, out);
   result.unknown.set_size(out.unknown_count);

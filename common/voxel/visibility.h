@@ -119,9 +119,10 @@ class VisibilityScene {
   // grid are left out.
   explicit VisibilityScene(const OccupancyGrid& grid, const std::vector<Occluder>& occluders = {},
                            const std::vector<Eigen::Vector3i>& watched = {});
-  // The same of a grid whose faces are kept; they must not be changed afterwards.
+  // The same of a grid whose faces are kept; they must not be changed afterwards. `before`: a scene of the same grid at another revision; what
+  // has the same faces is taken over from it, which is faster.
   explicit VisibilityScene(std::shared_ptr<const ExposedFaces> faces, const std::vector<Occluder>& occluders = {},
-                           const std::vector<Eigen::Vector3i>& watched = {});
+                           const std::vector<Eigen::Vector3i>& watched = {}, const VisibilityScene* before = nullptr);
 
   // The camera may stand anywhere, inside the grid's box too; a voxel that contains it is not seen. Any pinhole will do, with
   // its principal point outside the image and as large as a panorama of 2560 x 1920.
@@ -162,11 +163,20 @@ class VisibilityScene {
   struct Raster;
   // A brick with unknown or watched voxels that have a free face.
   struct Counted {
-    std::int32_t brick;          // of list_
+    std::int32_t brick;          // of Lists::bricks
     std::uint8_t octants;        // of camera positions that such a face looks to; bit as in VisibilityBrick
     float middle[3], extent[3];  // box around these voxels, in the grid [voxels]
   };
-  void list_voxels(const std::vector<Eigen::Vector3i>& watched);
+  // What the kernel reads of the voxels with a free face, in the order of the bricks.
+  struct Lists {
+    std::vector<VisibilityBrick> bricks;
+    std::vector<Counted> counted;
+    std::vector<std::uint32_t> codes;
+    std::size_t surface = 0;  // voxels with a free face
+  };
+  static void list_brick(const ExposedBrick& p, const Eigen::Vector3i& at, const std::array<std::uint64_t, 8>* watch, Lists& lists);
+  static void take_over(const Lists& before, std::size_t from, const Counted* counted, Lists& lists);
+  std::shared_ptr<const Lists> list_voxels(const std::vector<Eigen::Vector3i>& watched, const VisibilityScene* before) const;
   void put_occluders(const std::vector<Occluder>& occluders);
   // To workspace.turns, outward from the eye (grid frame, voxels).
   void order_bricks(const Eigen::Vector3d& eye, VisibilityWorkspace& workspace) const;
@@ -176,10 +186,7 @@ class VisibilityScene {
   GridGeometry geometry_;
   Eigen::Vector3i bricks_{0, 0, 0};
   std::shared_ptr<const ExposedFaces> faces_;
-  std::vector<VisibilityBrick> list_;     // the bricks with a free face, for the kernel
-  std::vector<Counted> counted_;
-  std::vector<std::uint32_t> codes_;
-  std::size_t surface_ = 0;               // voxels with a free face
+  std::shared_ptr<const Lists> lists_;
   std::size_t watched_ = 0;
   // Parts of the solids beyond each side of the grid's box, in the grid frame [voxels]; by direction as in Face.
   std::array<std::vector<std::vector<Eigen::Vector3d>>, 6> beyond_;

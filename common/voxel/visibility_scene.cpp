@@ -58,12 +58,13 @@ VisibilityScene::VisibilityScene(const OccupancyGrid& grid, const std::vector<Oc
     : VisibilityScene(std::make_shared<const ExposedFaces>(grid), occluders, watched) {}
 
 VisibilityScene::VisibilityScene(std::shared_ptr<const ExposedFaces> faces, const std::vector<Occluder>& occluders,
-                                 const std::vector<Eigen::Vector3i>& watched)
+                                 const std::vector<Eigen::Vector3i>& watched, const VisibilityScene* before)
     : geometry_(faces->geometry()), bricks_(geometry_.bricks()), faces_(std::move(faces)) {
   require((geometry_.size.array() <= Eigen::Array3i(1024, 1024, 512)).all(), ErrorCode::bad_input,
           "visibility takes grids of at most 1024 x 1024 x 512 voxels; choose larger voxels or a smaller box");
+  require(!before || before->geometry_.size == geometry_.size, ErrorCode::bad_size, "a scene takes over from one of the same grid");
   watched_ = watched.size();
-  list_voxels(watched);
+  lists_ = list_voxels(watched, before);
   put_occluders(occluders);
 }
 
@@ -98,59 +99,88 @@ void VisibilityScene::put_occluders(const std::vector<Occluder>& occluders) {
   }
 }
 
-void VisibilityScene::list_voxels(const std::vector<Eigen::Vector3i>& watched) {
+// Appends a brick of voxels with a free face; `watch`: those that are watched, if there are any.
+void VisibilityScene::list_brick(const ExposedBrick& p, const Eigen::Vector3i& at, const std::array<std::uint64_t, 8>* watch, Lists& lists) {
+  VisibilityBrick brick{};
+  for (int a = 0; a < 3; ++a) brick.at[a] = at[a];
+  std::uint64_t any[8], counts[8];  // voxels with a free face; unknown or watched
+  for (std::size_t x = 0; x < 8; ++x) {
+    any[x] = p.exposed(x);
+    counts[x] = p.unknown[x];
+  }
+  for (std::size_t x = 0; watch && x < 8; ++x) counts[x] |= (*watch)[x];
+  box_of(any, at, brick.middle, brick.extent);
+  std::uint32_t codes[512];
+  for (std::size_t x = 0; x < 8; ++x)
+    if (any[x] != 0) put_codes(static_cast<std::uint32_t>(x) << kVoxelX, p.unknown[x], p.environment[x], watch ? (*watch)[x] : 0, codes + 64 * x);
+  Counted counted{static_cast<std::int32_t>(lists.bricks.size()), 0, {}, {}};
+  for (int octant = 0; octant < 8; ++octant) {
+    brick.first[octant] = static_cast<std::uint32_t>(lists.codes.size());
+    const int up[3] = {octant & 1, octant >> 1 & 1, octant >> 2 & 1};
+    std::uint32_t outward[512];
+    std::uint32_t* end = outward;
+    std::uint64_t of_interest = 0;
+    const int turned = (up[1] != 0 ? 56 : 0) | (up[2] != 0 ? 7 : 0);
+    for (int i = 0; i < 8; ++i) {
+      const int x = up[0] != 0 ? 7 - i : i;
+      std::uint64_t seen = p.free_face[up[0]][x] | p.free_face[2 + up[1]][x] | p.free_face[4 + up[2]][x];
+      of_interest |= seen & counts[x];
+      if (up[1] != 0) seen = __builtin_bswap64(seen);
+      if (up[2] != 0) seen = with_lines_turned(seen);
+      for (const std::uint32_t* const plane = &codes[64 * x]; seen != 0; seen &= seen - 1) *end++ = plane[std::countr_zero(seen) ^ turned];
+    }
+    lists.codes.insert(lists.codes.end(), outward, end);
+    brick.count[octant] = static_cast<std::uint16_t>(end - outward);
+    if (of_interest != 0) counted.octants |= static_cast<std::uint8_t>(1 << octant);
+  }
+  if (counted.octants != 0) {
+    for (int x = 0; x < 8; ++x) any[x] &= counts[x];
+    box_of(any, at, counted.middle, counted.extent);
+    lists.counted.push_back(counted);
+  }
+  lists.bricks.push_back(brick);
+}
+
+// Appends brick `from` of `before`.
+void VisibilityScene::take_over(const Lists& before, std::size_t from, const Counted* counted, Lists& lists) {
+  VisibilityBrick brick = before.bricks[from];
+  const std::uint32_t begin = brick.first[0], end = brick.first[7] + brick.count[7], at = static_cast<std::uint32_t>(lists.codes.size());
+  lists.codes.insert(lists.codes.end(), before.codes.begin() + begin, before.codes.begin() + end);
+  for (std::uint32_t& first : brick.first) first = first - begin + at;
+  if (counted) {
+    lists.counted.push_back(*counted);
+    lists.counted.back().brick = static_cast<std::int32_t>(lists.bricks.size());
+  }
+  lists.bricks.push_back(brick);
+}
+
+std::shared_ptr<const VisibilityScene::Lists> VisibilityScene::list_voxels(const std::vector<Eigen::Vector3i>& watched, const VisibilityScene* before) const {
+  if (before && before->watched_ != 0) before = nullptr;  // its codes say so
+  if (before && before->faces_ == faces_ && watched.empty()) return before->lists_;
   BrickField<std::array<std::uint64_t, 8>> marked;
   if (!watched.empty()) marked = BrickField<std::array<std::uint64_t, 8>>(geometry_);
   for (const Eigen::Vector3i& v : watched)
     if (geometry_.contains(v)) marked.hold(brick_of(geometry_, v))[v.x() & 7] |= OccupancyGrid::bit(v);
+  auto lists = std::make_shared<Lists>();
   faces_->for_each([&](const ExposedBrick& p) {
-    for (std::size_t x = 0; x < 8; ++x) surface_ += static_cast<std::size_t>(std::popcount(p.exposed(x)));
+    for (std::size_t x = 0; x < 8; ++x) lists->surface += static_cast<std::size_t>(std::popcount(p.exposed(x)));
   });
-  list_.reserve(faces_->held());
-  codes_.reserve(8 * surface_ + 16);  // at most
+  lists->bricks.reserve(faces_->held());
+  lists->codes.reserve(8 * lists->surface + 16);  // at most
+  std::size_t old = 0, old_counted = 0;  // the next of `before`: both are in the order of the bricks
+  const auto index_of = [&](const VisibilityBrick& b) { return static_cast<std::uint32_t>((b.at[0] * bricks_.y() + b.at[1]) * bricks_.z() + b.at[2]); };
   faces_->for_each([&](const ExposedBrick& p) {
-    const Eigen::Vector3i at = geometry_.brick_position(p.brick);
-    VisibilityBrick brick{};
-    for (int a = 0; a < 3; ++a) brick.at[a] = at[a];
-    std::uint64_t any[8], counts[8];  // voxels with a free face; unknown or watched
-    for (std::size_t x = 0; x < 8; ++x) {
-      any[x] = p.exposed(x);
-      counts[x] = p.unknown[x];
-    }
     const std::array<std::uint64_t, 8>* watch = watched.empty() ? nullptr : marked.find(p.brick);
-    for (std::size_t x = 0; watch && x < 8; ++x) counts[x] |= (*watch)[x];
-    box_of(any, at, brick.middle, brick.extent);
-    std::uint32_t codes[512];
-    for (std::size_t x = 0; x < 8; ++x)
-      if (any[x] != 0) put_codes(static_cast<std::uint32_t>(x) << kVoxelX, p.unknown[x], p.environment[x], watch ? (*watch)[x] : 0, codes + 64 * x);
-    Counted counted{static_cast<std::int32_t>(list_.size()), 0, {}, {}};
-    for (int octant = 0; octant < 8; ++octant) {
-      brick.first[octant] = static_cast<std::uint32_t>(codes_.size());
-      const int up[3] = {octant & 1, octant >> 1 & 1, octant >> 2 & 1};
-      std::uint32_t outward[512];
-      std::uint32_t* end = outward;
-      std::uint64_t of_interest = 0;
-      const int turned = (up[1] != 0 ? 56 : 0) | (up[2] != 0 ? 7 : 0);
-      for (int i = 0; i < 8; ++i) {
-        const int x = up[0] != 0 ? 7 - i : i;
-        std::uint64_t seen = p.free_face[up[0]][x] | p.free_face[2 + up[1]][x] | p.free_face[4 + up[2]][x];
-        of_interest |= seen & counts[x];
-        if (up[1] != 0) seen = __builtin_bswap64(seen);
-        if (up[2] != 0) seen = with_lines_turned(seen);
-        for (const std::uint32_t* const plane = &codes[64 * x]; seen != 0; seen &= seen - 1) *end++ = plane[std::countr_zero(seen) ^ turned];
-      }
-      codes_.insert(codes_.end(), outward, end);
-      brick.count[octant] = static_cast<std::uint16_t>(end - outward);
-      if (of_interest != 0) counted.octants |= static_cast<std::uint8_t>(1 << octant);
-    }
-    if (counted.octants != 0) {
-      for (int x = 0; x < 8; ++x) any[x] &= counts[x];
-      box_of(any, at, counted.middle, counted.extent);
-      counted_.push_back(counted);
-    }
-    list_.push_back(brick);
+    const ExposedBrick* same = before && !watch ? before->faces_->find(p.brick) : nullptr;
+    if (!same || !(*same == p)) return list_brick(p, geometry_.brick_position(p.brick), watch, *lists);
+    const Lists& from = *before->lists_;
+    while (index_of(from.bricks[old]) < p.brick) ++old;
+    while (old_counted < from.counted.size() && static_cast<std::size_t>(from.counted[old_counted].brick) < old) ++old_counted;
+    const bool counts = old_counted < from.counted.size() && static_cast<std::size_t>(from.counted[old_counted].brick) == old;
+    take_over(from, old, counts ? &from.counted[old_counted] : nullptr, *lists);
   });
-  codes_.resize(codes_.size() + 16);
+  lists->codes.resize(lists->codes.size() + 16);
+  return lists;
 }
 
 std::size_t VisibilityScene::unknown_face_count() const {

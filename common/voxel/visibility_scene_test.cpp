@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <set>
 #include <utility>
 
+#include "common/core/error.h"
 #include "common/core/random.h"
 #include "common/voxel/testing/random_scene.h"
 #include "common/voxel/visibility.h"
@@ -53,6 +56,53 @@ TEST(VisibilityScene, FacesAndSurfaceAreThoseOfEachVoxelsNeighbours) {
     EXPECT_EQ(scene.unknown_face_count(), faces.size());
     EXPECT_GT(faces.size(), 100u);
   }
+}
+
+void expect_same_entries(const VoxelList& a, const VoxelList& b) {
+  const auto same = [](const VoxelPixels& x, const VoxelPixels& y) { return x.voxel == y.voxel && x.pixels == y.pixels; };
+  EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end(), same));
+}
+
+// What a scene takes over from one of another revision changes nothing of what is seen, nor its order.
+TEST(VisibilityScene, MadeFromTheOneBeforeItIsTheOneMadeAnew) {
+  Random random(23);
+  OccupancyGrid grid = testing::random_grid(random, {50, 34, 41}, 0.9);
+  const GridGeometry& g = grid.geometry();
+  const std::vector<Eigen::Vector3i> marked = {{3, 4, 5}, {20, 20, 20}, {49, 33, 40}, {25, 0, 9}};
+  VisibilityScene before(std::make_shared<const ExposedFaces>(grid));
+  std::uint64_t seen = 0;
+  for (int step = 0; step < 30; ++step) {
+    SCOPED_TRACE(step);
+    const Eigen::Vector3i first(random.below(50), random.below(34), random.below(41));
+    for (int n = 0; n < 6 * 6 * 6 && step % 5 != 0; ++n) {  // in every fifth step nothing changes
+      const Eigen::Vector3i v = first + Eigen::Vector3i(n / 36, n / 6 % 6, n % 6);
+      if (g.contains(v)) grid.set_state(v, static_cast<VoxelState>(step % 4));
+    }
+    const auto faces = std::make_shared<const ExposedFaces>(grid);
+    const std::vector<Eigen::Vector3i> watched = step % 3 == 0 ? marked : std::vector<Eigen::Vector3i>();
+    const VisibilityScene kept(faces, {}, watched, &before), anew(grid, {}, watched), again(faces, {}, {}, &kept);
+    for (const bool unknown_alone : {false, true}) {
+      const Pose X_WC = testing::random_view(random, g, 0.5, 1.5);
+      const Pinhole camera = Pinhole::from_vertical_fov(220, 160, 0.9);
+      ViewOptions options;
+      options.unknown_alone = unknown_alone;
+      const VisibilityResult a = kept.evaluate(X_WC, camera, options), b = anew.evaluate(X_WC, camera, options), c = again.evaluate(X_WC, camera, options);
+      expect_same_entries(a.unknown, b.unknown);
+      expect_same_entries(a.watched, b.watched);
+      expect_same_entries(c.unknown, b.unknown);
+      EXPECT_TRUE(c.watched.empty());
+      EXPECT_EQ(a.unknown_pixels, b.unknown_pixels);
+      EXPECT_EQ(a.known_pixels, b.known_pixels);
+      EXPECT_EQ(a.environment_pixels, b.environment_pixels);
+      seen += a.unknown_pixels + a.watched.size();
+    }
+    EXPECT_EQ(kept.surface(), anew.surface());
+    before = again;
+  }
+  EXPECT_GT(seen, 10000u);
+  GridGeometry other = g;
+  other.size.x() = 49;
+  EXPECT_THROW(VisibilityScene(std::make_shared<const ExposedFaces>(OccupancyGrid(other)), {}, {}, &before), Error);
 }
 
 }  // namespace
