@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/object_model/descriptor.h"
+#include "common/voxel/visibility.h"
 
 namespace periplus::object_model {
 
@@ -19,8 +20,9 @@ class DescriptorRows {
   void add(std::span<const std::uint8_t> descriptor);
 
   // How far own descriptor i is from each of `other`, of the same kind: squared distance of octets, or number of differing bits, as
-  // descriptor_distance() takes them. Whole numbers, the same on every machine.
-  void compare(std::size_t i, const DescriptorRows& other, std::vector<std::uint32_t>& apart) const;
+  // descriptor_distance() takes them. Whole numbers, the same for any `simd`.
+  void compare(std::size_t i, const DescriptorRows& other, std::vector<std::uint32_t>& apart,
+               voxel::Simd simd = voxel::Simd::best) const;
 
  private:
   DescriptorKind kind_;

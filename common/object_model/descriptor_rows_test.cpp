@@ -20,10 +20,13 @@ TEST(DescriptorRows, CompareAsOneByOne) {
         (set == &a ? rows : others).add(d);
       }
     std::vector<std::uint32_t> apart;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      rows.compare(i, others, apart);
-      ASSERT_EQ(apart.size(), b.size());
-      for (std::size_t j = 0; j < b.size(); ++j) EXPECT_EQ(descriptor_distance(kind, apart[j]), descriptor_distance(kind, a[i], b[j])) << to_string(kind);
+    for (const voxel::Simd simd : {voxel::Simd::portable, voxel::Simd::avx2, voxel::Simd::avx512}) {
+      if (!voxel::has_simd(simd)) continue;
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        rows.compare(i, others, apart, simd);
+        ASSERT_EQ(apart.size(), b.size());
+        for (std::size_t j = 0; j < b.size(); ++j) EXPECT_EQ(descriptor_distance(kind, apart[j]), descriptor_distance(kind, a[i], b[j])) << to_string(kind);
+      }
     }
   }
 }

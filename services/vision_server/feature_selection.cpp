@@ -6,6 +6,7 @@
 
 #include "common/core/error.h"
 #include "common/object_model/descriptor_rows.h"
+#include "services/vision_server/beside.h"
 
 namespace periplus::vision {
 
@@ -21,8 +22,10 @@ object_model::DescriptorRows rows_of(const DetectedFeatures& features) {
 
 class Selector {
  public:
-  Selector(const DetectedFeatures& left, const DetectedFeatures& right, const SelectionSettings& s)
-      : left_(left), right_(right), left_rows_(rows_of(left)), right_rows_(rows_of(right)), s_(s) {}
+  // What is handed over stays the caller's.
+  Selector(const DetectedFeatures& left, const DetectedFeatures& right, const object_model::DescriptorRows& left_rows,
+           const object_model::DescriptorRows& right_rows, const SelectionSettings& s)
+      : left_(left), right_(right), left_rows_(left_rows), right_rows_(right_rows), s_(s) {}
 
   // Same line, disparity and scale.
   bool may_be(const Keypoint& l, const Keypoint& r, double disparity) const {
@@ -65,7 +68,7 @@ class Selector {
 
  private:
   const DetectedFeatures &left_, &right_;
-  object_model::DescriptorRows left_rows_, right_rows_;
+  const object_model::DescriptorRows &left_rows_, &right_rows_;
   std::vector<std::uint32_t> apart_;
   const SelectionSettings& s_;
 };
@@ -85,18 +88,27 @@ std::vector<SelectedFeature> select_features(const DetectedFeatures& left, const
   settings.check();
   require(disparity.size() == left.points.size(), ErrorCode::bad_size, "each left feature needs a disparity");
   require(left.kind == right.kind || settings.method == FeatureSelection::left_alone, ErrorCode::bad_input, "both eyes need features of one kind");
-  Selector selector(left, right, settings);
-  std::vector<SelectedFeature> out;
-  for (std::size_t i = 0; i < left.points.size(); ++i) {
-    const Keypoint& l = left.points[i];
-    if (l.size <= settings.size_min_px || l.size >= settings.size_max_px || l.response < settings.response_min || !(disparity[i] > 0)) continue;
-    SelectedFeature f{i, 0, disparity[i], 0};
-    if (settings.method != FeatureSelection::left_alone) {
-      if (settings.method == FeatureSelection::geometry_first ? !selector.geometry_first(i, disparity[i], f) : !selector.descriptor_first(i, disparity[i], f)) continue;
-      f.disparity = l.u - right.points[f.right].u;
+  const object_model::DescriptorRows left_rows = rows_of(left), right_rows = rows_of(right);
+  const auto select = [&](std::size_t begin, std::size_t end) {
+    Selector selector(left, right, left_rows, right_rows, settings);
+    std::vector<SelectedFeature> out;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Keypoint& l = left.points[i];
+      if (l.size <= settings.size_min_px || l.size >= settings.size_max_px || l.response < settings.response_min || !(disparity[i] > 0)) continue;
+      SelectedFeature f{i, 0, disparity[i], 0};
+      if (settings.method != FeatureSelection::left_alone) {
+        if (settings.method == FeatureSelection::geometry_first ? !selector.geometry_first(i, disparity[i], f) : !selector.descriptor_first(i, disparity[i], f)) continue;
+        f.disparity = l.u - right.points[f.right].u;
+      }
+      out.push_back(f);
     }
-    out.push_back(f);
-  }
+    return out;
+  };
+  const std::size_t half = left.points.size() / 2;
+  auto lower = beside([&] { return select(half, left.points.size()); });
+  std::vector<SelectedFeature> out = select(0, half);
+  const std::vector<SelectedFeature> rest = lower.get();
+  out.insert(out.end(), rest.begin(), rest.end());
   return out;
 }
 
