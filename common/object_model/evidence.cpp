@@ -18,8 +18,8 @@ void count(T& counter, int n) {
   counter = static_cast<T>(std::min<int>(counter + n, std::numeric_limits<T>::max()));
 }
 
-// Adds the codes of one step; neighbours in the image mostly fall into the same voxel and are added at once. Without branches but for the loop: none
-// of them could be foreseen.
+// Adds the codes of one step; neighbours in the image mostly fall into the same voxel and are added at once. Which codes are a voxel's and where their
+// run ends comes as bits, for no processor foresees such branches.
 template <class Counters>
 void add_codes(const std::int32_t* codes, const RunBits& bits, voxel::BrickField<EvidenceBrick>& bricks, Counters&& counters) {
   for (std::uint64_t voxels = bits.voxels; voxels != 0; voxels &= voxels - 1) {

@@ -17,15 +17,13 @@ class SquareMinimum {
   // `image` of one channel stays the caller's.
   explicit SquareMinimum(const ImageF& image) : width_(image.width), height_(image.height), image_(&image) {}
 
-  // Each at least two thirds of the next: two beside each other cover what is no longer than twice the shorter one's side.
+  // From 2 on each is at least two thirds of the next: the longest that fits into a rectangle's shorter side mostly covers either side twice.
   static constexpr std::array<int, 12> kSides{1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64};  // [px]
   // Index of the longest of these sides that is no longer than `most`, which is at least 1.
   static std::size_t index_of(int most);
 
   // Row by row, of the image's size; squares that reach beyond the image are absent (0). kSides[index] is at most the image's shorter side.
   const float* least(std::size_t index);
-  int width() const { return width_; }
-  int height() const { return height_; }
 
  private:
   int width_, height_;

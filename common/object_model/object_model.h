@@ -1,8 +1,8 @@
 // The model of one object as it is being learnt: occupancy grid, signed distances with colours, and the views with their
 // features. A value: copies are independent, so that a caller may integrate into a copy and keep the old one on failure.
 //
-// Of 512 voxels along each side it takes some 185 MB besides the pictures and depth maps of its views; in the probabilistic mode, which holds
-// log-odds wherever a depth map has reached, some 435 MB (carving_bench, `memory`).
+// Of 512 voxels along each side it takes some 180 MB besides the pictures and depth maps of its views (carving_bench, `memory`); in the
+// probabilistic mode, which holds log-odds wherever a depth map has reached, some 440 MB.
 //
 // World frame W, grid frame G (common/voxel/occupancy_grid.h), optical camera frames C. Metres, pixels.
 #pragma once

@@ -100,14 +100,20 @@ TEST(WalkingPattern, SwingsAsHighAsAsked) {
   EXPECT_NEAR(highest, 0.05, 1e-4);
 }
 
+// Halted at `tick`: sound, and what was done by then stays.
+WalkingPattern halted(const WalkingPattern& whole, std::size_t tick) {
+  WalkingPattern pattern = whole;
+  pattern.halt(tick);
+  EXPECT_GT(pattern.ticks().size(), tick);
+  expect_sound(pattern);
+  for (std::size_t k = 0; k <= std::min(tick, pattern.ticks().size() - 1); ++k) EXPECT_EQ(pattern.ticks()[k].com, whole.ticks()[k].com);
+  return pattern;
+}
+
 TEST(WalkingPattern, HaltsStandingWheneverItIsAsked) {
   const WalkingPattern whole({}, kFeet, kCom, walk(12));
   for (std::size_t tick = 0; tick < whole.ticks().size(); tick += 37) {
-    WalkingPattern pattern = whole;
-    pattern.halt(tick);
-    ASSERT_GT(pattern.ticks().size(), tick);
-    expect_sound(pattern);
-    for (std::size_t k = 0; k <= tick; ++k) EXPECT_EQ(pattern.ticks()[k].com, whole.ticks()[k].com);
+    const WalkingPattern pattern = halted(whole, tick);
     if (tick + 900 < whole.ticks().size()) {
       // At most the step under way, the next one, the closing shift of weight and the settling.
       EXPECT_LT(pattern.ticks().size() - tick, 900u);
@@ -121,13 +127,7 @@ TEST(WalkingPattern, HaltsInALongDoubleSupport) {
   GaitSettings slow;
   slow.double_support = 4;
   const WalkingPattern whole(slow, kFeet, kCom, walk(3));
-  for (std::size_t tick = 0; tick < whole.ticks().size(); tick += 97) {
-    WalkingPattern pattern = whole;
-    pattern.halt(tick);
-    ASSERT_GT(pattern.ticks().size(), tick);
-    expect_sound(pattern);
-    for (std::size_t k = 0; k <= tick; ++k) EXPECT_EQ(pattern.ticks()[k].com, whole.ticks()[k].com);
-  }
+  for (std::size_t tick = 0; tick < whole.ticks().size(); tick += 97) halted(whole, tick);
 }
 
 TEST(WalkingPattern, RefusesStepsThatDoNotAlternate) {

@@ -41,7 +41,7 @@ struct PerceiveReport {
   double valid_share_in_box = 0;          // of those that show the box
   double textured_share = 1;              // of those that show the object; 1 where too few can be told
   double noise = 0;                       // of the left image [grey levels]
-  std::vector<std::pair<std::string, double>> seconds;  // by step
+  std::vector<std::pair<std::string, double>> seconds;  // by step; those of the right eye's depth and features pass meanwhile
 };
 
 // Perception with both eyes' depth. `view_id` and `stamp_ns` are taken over. `now` gives seconds, for the report alone.

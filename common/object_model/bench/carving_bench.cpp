@@ -1,5 +1,5 @@
-// A depth map of 640x480 into a grid of 0.5 m around a sphere before a wall, one of 0.3 m or one that fills its box as an object does, and beside it Algorithm 3 voxel by voxel and OctoMap's
-// insertPointCloud (maxrange -1, lazy_eval true, discretize true, limited to the box) of the same depth. Limited to the box, OctoMap follows
+// A depth map of 640x480 into a grid of 0.5 m around a sphere before a wall, one of 0.3 m or one that fills its box as an object does, and beside
+// it Algorithm 3 voxel by voxel and OctoMap's insertPointCloud (maxrange -1, lazy_eval true, discretize true, limited to the box) of the same depth. Limited to the box, OctoMap follows
 // only the rays that end in it: those to the wall, which empty the rest of the box for ours, cost it nothing and tell it nothing.
 // Without any limit it takes minutes and 14 GB; limited instead to rays as long as the way to the box's farthest corner, it empties the same
 // space as ours and what lies before the box (octomap_whole_space). `times_octomap`: how often ours fits into OctoMap's time in this run,
