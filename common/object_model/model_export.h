@@ -51,7 +51,8 @@ std::string to_ply(const SurfacePoints& points);
 std::string to_pcd(const SurfacePoints& points);
 
 // OctoMap binary tree (.bt) with leaves of the voxel size on OctoMap's own lattice (axes of the world, origin a leaf's
-// corner): occupied where the voxel at a leaf's centre is known or environment, free where it is empty, unknown elsewhere.
+// corner): occupied where the voxel at a leaf's centre (on a border, the upper one) is known or environment, free where it is empty, unknown
+// elsewhere.
 std::string export_bt(const ObjectModel& model);
 // The same tree without the file's head, as octomap::OcTree::readBinaryData reads it; nothing where all is unknown.
 std::string octomap_data(const voxel::OccupancyGrid& grid);

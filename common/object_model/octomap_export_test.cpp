@@ -15,6 +15,11 @@ namespace {
 
 using namespace testing;
 
+// The voxel that a leaf's centre lies in; on a border, the upper one.
+Eigen::Vector3i voxel_at(const voxel::GridGeometry& g, const Eigen::Vector3d& center) {
+  return g.voxel_of(center + g.X_WG.linear() * Eigen::Vector3d::Constant(1e-6 * g.voxel_size));
+}
+
 TEST(OctomapExport, OctoMapReadsTheTreeAsTheGridIs) {
   for (const double yaw : {0.0, 0.5}) {
     const ObjectModel model = model_of({}, yaw);
@@ -28,7 +33,7 @@ TEST(OctomapExport, OctoMapReadsTheTreeAsTheGridIs) {
       for (int y = -20; y < 20; ++y)
         for (int z = 30; z < 70; ++z) {
           const Eigen::Vector3d p = (Eigen::Vector3d(x, y, z).array() + 0.5) * 0.02;
-          const Eigen::Vector3i v = model.grid().geometry().voxel_of(p);
+          const Eigen::Vector3i v = voxel_at(model.grid().geometry(), p);
           const octomap::OcTreeNode* node = tree.search(p.x(), p.y(), p.z());
           if (!model.grid().geometry().contains(v) || model.grid().state(v) == voxel::VoxelState::unknown) {
             EXPECT_EQ(node, nullptr);
@@ -42,6 +47,36 @@ TEST(OctomapExport, OctoMapReadsTheTreeAsTheGridIs) {
     EXPECT_GT(occupied, 200);
     EXPECT_GT(empty, 1000);
     EXPECT_GT(unknown, 100);
+  }
+}
+
+// The same bytes as of a tree of leaves, whose equal ones OctoMap itself has put together.
+TEST(OctomapExport, WritesTheTreeThatOctoMapMakesOfTheLeaves) {
+  constexpr int kCells = 70;
+  constexpr double kVoxel = 0.01;
+  for (const double yaw : {0.0, 0.3}) {
+    voxel::OccupancyGrid grid(voxel::GridGeometry::from_box(make_pose({-0.123, 0.2, 0.3}, rotation_from_yaw_pitch_roll(yaw, 0, 0)), Eigen::Vector3d::Constant(kCells * kVoxel), kVoxel));
+    for (int x = 0; x < kCells; ++x)
+      for (int y = 0; y < kCells; ++y)
+        for (int z = 0; z < kCells; ++z) {
+          const double r = Eigen::Vector3d(x - 30, y - 35, z - 40).norm();
+          grid.set_state({x, y, z}, r > 29 ? voxel::VoxelState::empty : r > 26 ? voxel::VoxelState::known : r > 19 ? voxel::VoxelState::unknown : voxel::VoxelState::environment);
+        }
+    octomap::OcTree tree(kVoxel);
+    for (int x = -100; x < 100; ++x)
+      for (int y = -100; y < 100; ++y)
+        for (int z = -100; z < 100; ++z) {
+          const Eigen::Vector3d p = (Eigen::Vector3d(x, y, z).array() + 0.5) * kVoxel;
+          const Eigen::Vector3i v = voxel_at(grid.geometry(), p);
+          if (grid.geometry().contains(v) && grid.state(v) != voxel::VoxelState::unknown) tree.updateNode(p.x(), p.y(), p.z(), grid.state(v) != voxel::VoxelState::empty, true);
+        }
+    tree.updateInnerOccupancy();
+    tree.toMaxLikelihood();
+    tree.prune();
+    std::ostringstream expected;
+    tree.writeBinaryData(expected);
+    EXPECT_GT(expected.str().size(), 10000u);
+    EXPECT_EQ(octomap_data(grid), expected.str());
   }
 }
 
