@@ -120,12 +120,10 @@ int calibrate(const Options& o, bool square_given) {
   files.emplace_back("worst.png", view_picture(done, worst, images));
 
   const std::filesystem::path folder(o.output);
-  std::error_code problem;
-  std::filesystem::create_directories(folder, problem);
   for (const auto& [name, bytes] : files) done.files.push_back((folder / name).string());
   done.files.push_back((folder / "report.json").string());
   files.emplace_back("report.json", report_json(done));
-  for (const auto& [name, bytes] : files) write_file((folder / name).string(), bytes);
+  write_files(o.output, files);
   std::cout << (o.json ? report_json(done) : report_text(done)) << std::flush;
   return 0;
 }

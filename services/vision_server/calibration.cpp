@@ -260,7 +260,8 @@ RelativePoses relative_poses(const Solution& left, const Solution& right) {
   return out;
 }
 
-void check_sides(const Eigen::Vector3d& T) {
+void check_sides(const Eigen::Vector3d& T, const Chessboard& board) {
+  require(T.norm() > 1e-3 * board.square, ErrorCode::bad_input, "left and right show the board from the same place: their images are the same; give each camera's own");
   require(std::abs(T.x()) > std::abs(T.y()) && std::abs(T.x()) > std::abs(T.z()), ErrorCode::bad_input,
           sentence("the cameras do not stand side by side: the right one is displaced by (%.3g, %.3g, %.3g) as the left one sees x, y, z; turn images of cameras above each other by 90 degrees",
                    -T.x(), -T.y(), -T.z()));
@@ -397,7 +398,7 @@ PairFit calibrate_pair(const std::vector<std::pair<NamedView, NamedView>>& pairs
   for (std::size_t n = 0; n < pairs.size(); ++n) bring_into_order(left_views[n].board, right_views[n].board, board);
   const Solution left = solve_camera(left_views, width, height, board, settings), right = solve_camera(right_views, width, height, board, settings);
   const RelativePoses relative = relative_poses(left, right);
-  check_sides(relative.usual.translation());
+  check_sides(relative.usual.translation(), board);
   refuse(mismatches(pairs, relative, true));
   std::vector<ViewFault> bad = outliers(left.fit, settings);
   for (ViewFault& f : outliers(right.fit, settings)) bad.push_back(std::move(f));
@@ -430,7 +431,7 @@ PairFit calibrate_pair(const std::vector<std::pair<NamedView, NamedView>>& pairs
   fit.right.distortion.assign(D2.begin<double>(), D2.end<double>());
   require(fit.R.allFinite() && fit.T.allFinite() && std::isfinite(fit.rms_px), ErrorCode::bad_input,
           "these pairs do not determine the cameras; take more, with the board tilted each way");
-  check_sides(fit.T);
+  check_sides(fit.T, board);
 
   const Pose X_RL = make_pose(fit.T, fit.R);
   std::vector<Pose> X_LB, X_RB;

@@ -57,18 +57,26 @@ std::string view_camera_yaml(const StereoRig& rig, const std::string& name) {
   return text;
 }
 
-void write_file(const std::string& path, const std::string& bytes) {
+void write_files(const std::string& folder, const std::vector<std::pair<std::string, std::string>>& files) {
   namespace fs = std::filesystem;
-  const std::string part = path + ".part";
-  std::ofstream out(part, std::ios::binary);
-  out << bytes << std::flush;
-  const bool written = out.good();
-  out.close();
   std::error_code problem;
-  if (written) fs::rename(part, path, problem);
-  if (!written || problem) {
-    fs::remove(part, problem);
-    throw_error(ErrorCode::io, "cannot write " + path + "; choose a folder that exists and may be written, on a disk with space");
+  fs::create_directories(folder, problem);
+  std::vector<std::pair<fs::path, fs::path>> renames;
+  const auto give_up = [&](const fs::path& path) {
+    for (const auto& [part, target] : renames) fs::remove(part, problem);
+    throw_error(ErrorCode::io, "cannot write " + path.string() + "; choose a folder that exists and may be written, on a disk with space");
+  };
+  for (const auto& [name, bytes] : files) {
+    const fs::path target = fs::path(folder) / name, part = target.string() + ".part";
+    if (fs::is_directory(target, problem)) give_up(target);
+    renames.emplace_back(part, target);
+    std::ofstream out(part, std::ios::binary);
+    out << bytes << std::flush;
+    if (!out.good()) give_up(target);
+  }
+  for (const auto& [part, target] : renames) {
+    fs::rename(part, target, problem);
+    if (problem) give_up(target);
   }
 }
 

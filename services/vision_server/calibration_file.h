@@ -3,6 +3,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "services/vision_server/calibration.h"
 
@@ -20,7 +22,8 @@ std::string pair_yaml(const PairFit& fit, const Chessboard& board);
 // periplus-camera-1 (deploy/cameras) of what is seen after rectification. `rig` in metres; baseline 0 for one camera.
 std::string view_camera_yaml(const StereoRig& rig, const std::string& name);
 
-// Writes the whole file or leaves what was there. Throws Error(io) with the reason.
-void write_file(const std::string& path, const std::string& bytes);
+// Writes `files`, names and bytes, into the folder, which is made if it is not there. Throws Error(io) with the reason where one
+// cannot be written: none is then, and what was there stays, that a calibration is never half of another.
+void write_files(const std::string& folder, const std::vector<std::pair<std::string, std::string>>& files);
 
 }  // namespace periplus::vision

@@ -76,11 +76,16 @@ TEST(CalibrationFile, TheCameraFileIsPeriplusYaml) {
 
 TEST(CalibrationFile, IsWrittenWholeOrNotAtAll) {
   const auto folder = std::filesystem::temp_directory_path() / "periplus_calibration_file_test";
-  std::filesystem::create_directories(folder);
-  write_file((folder / "a.yaml").string(), "one");
-  write_file((folder / "a.yaml").string(), "two");
+  std::filesystem::remove_all(folder);
+  write_files(folder.string(), {{"a.yaml", "one"}, {"b.yaml", "one"}});
+  write_files(folder.string(), {{"a.yaml", "two"}, {"b.yaml", "two"}});
   EXPECT_EQ(read_file((folder / "a.yaml").string()), "two");
-  EXPECT_THROW(write_file((folder / "none" / "a.yaml").string(), "x"), Error);
+  // The last cannot be written: the others stay what they were.
+  std::filesystem::create_directories(folder / "c.yaml");
+  EXPECT_THROW(write_files(folder.string(), {{"a.yaml", "three"}, {"b.yaml", "three"}, {"c.yaml", "three"}}), Error);
+  EXPECT_EQ(read_file((folder / "a.yaml").string()), "two");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 3);
+  EXPECT_THROW(write_files((folder / "a.yaml").string(), {{"a.yaml", "x"}}), Error);
   std::filesystem::remove_all(folder);
 }
 

@@ -172,6 +172,9 @@ TEST(Calibration, LeftAndRightExchangedIsToldFromTheGeometry) {
   EXPECT_EQ(why.find("left5"), std::string::npos) << why;
   const Pose above = make_pose({0, -0.12, 0}, Eigen::Matrix3d::Identity());
   EXPECT_TRUE(says(refusal([&] { fit(seen_pairs(12, 0.1, 1, above)); }), {"side by side"}));
+  Pairs same = seen_pairs(12, 0.1);
+  for (auto& [l, r] : same) r.board = l.board;
+  EXPECT_TRUE(says(refusal([&] { fit(same); }), {"from the same place"}));
 }
 
 TEST(Calibration, APairOfTwoMomentsIsNamed) {

@@ -67,6 +67,8 @@ std::optional<cv::Matx33d> image_from_board(const Corners& corners, cv::Size siz
 // Of the corners, this share must look like one: some of a piece lie beside what covers the rest.
 constexpr double kWhole = 0.95, kPiece = 0.7;
 
+constexpr double kFaint = 32;  // grey values between an image's darkest and brightest pixel: of 12 bits in 16, say, the upper 8 have 16
+
 bool is_board(const cv::Mat& grey, const Corners& corners, cv::Size size, double least_share) {
   const auto H = image_from_board(corners, size);
   return H && share_of_saddles(grey, *H, 0, 0, size.width, size.height) >= least_share;
@@ -173,8 +175,13 @@ BoardSearch search(const cv::Mat& grey, const Chessboard& board, double limit) {
   if (!corners) {
     const double width = piece.size.area() > 0 ? edge_width(grey, piece.corners, piece.size) : 0;
     const int longer = std::max(piece.size.width, piece.size.height), shorter = std::min(piece.size.width, piece.size.height);
+    double darkest = 0, brightest = 0;
+    cv::minMaxLoc(grey, &darkest, &brightest);
     if (width > limit) {
       out.why = blurred(width);
+    } else if (brightest - darkest < kFaint) {
+      out.why = text("no whole board is found: the image has hardly any contrast, grey values from %.0f to %.0f of 255; take more light, and scale what is stored in a part of 16 bits to all of them",
+                     darkest, brightest);
     } else if (longer > std::max(board.columns, board.rows) || shorter > std::min(board.columns, board.rows)) {
       out.why = text("the board seems to have %d x %d inner corners, not ", longer, shorter) + all + "; give the board's own number";
     } else if (piece.size.area() > 0) {

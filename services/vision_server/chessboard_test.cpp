@@ -52,6 +52,14 @@ TEST(FindBoard, CornersAreFoundToAFractionOfAPixelAtAnyResolution) {
     }
 }
 
+TEST(FindBoard, AnImageOfHardlyAnyContrastIsToldFromACoveredBoard) {
+  ImageU8 image = draw_board({}, kBoard, board_pose(kBoard, 0));
+  for (std::uint8_t& v : image.data) v = static_cast<std::uint8_t>(v / 24);  // as 12 bits in 16, read as 8
+  const BoardSearch s = find_board(image, kBoard);
+  ASSERT_FALSE(s.view);
+  EXPECT_NE(s.why.find("hardly any contrast"), std::string::npos) << s.why;
+}
+
 TEST(FindBoard, BlurIsMeasuredAndRefusedInEitherDirection) {
   const ImageU8 sharp = draw_board({}, kBoard, board_pose(kBoard, 0));
   const double width = find_board(sharp, kBoard).view->edge_px;

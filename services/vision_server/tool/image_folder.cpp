@@ -75,7 +75,10 @@ std::optional<Size> promised_size(std::string_view b) {
   }
   if (b.size() > 32 && b.starts_with("BM")) {
     const auto little = [&](std::size_t at) { return static_cast<long>(byte(b, at) | byte(b, at + 1) << 8 | byte(b, at + 2) << 16) + (byte(b, at + 3) ? kLargestSide + 1 : 0); };
-    return Size{little(18), little(22)};
+    // A negative height: rows from the top.
+    const bool from_top = byte(b, 25) == 0xff;
+    const long below_zero = 0x1000000 - static_cast<long>(byte(b, 22) | byte(b, 23) << 8 | byte(b, 24) << 16);
+    return Size{little(18), from_top ? below_zero : little(22)};
   }
   if (b.size() > 8 && b[0] == 'P' && b[1] >= '2' && b[1] <= '6' && b[1] != '4') return pnm_size(b);
   return std::nullopt;
@@ -84,7 +87,7 @@ std::optional<Size> promised_size(std::string_view b) {
 bool is_image_name(const fs::path& path) {
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  static const std::set<std::string> endings{".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm"};
+  static const std::set<std::string> endings{".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", ".pnm"};
   return endings.contains(ending);
 }
 
@@ -104,9 +107,9 @@ std::string number_of(const std::string& name) {
 std::vector<ImageFile> images_of(const std::string& where) {
   const fs::path given(where);
   const std::string last = given.filename().string();
-  const bool pattern = last.find_first_of("*?[") != std::string::npos;
-  const fs::path folder = pattern ? (given.has_parent_path() ? given.parent_path() : fs::path(".")) : given;
   std::error_code problem;
+  const bool pattern = last.find_first_of("*?[") != std::string::npos && !fs::is_directory(given, problem);
+  const fs::path folder = pattern ? (given.has_parent_path() ? given.parent_path() : fs::path(".")) : given;
   require(fs::is_directory(folder, problem), ErrorCode::bad_input, folder.string() + ": there is no such folder; name a folder of images, or a pattern such as 'data/left*.jpg'");
   std::vector<ImageFile> out;
   fs::directory_iterator files(folder, problem);

@@ -13,7 +13,7 @@ struct ImageFile {
   std::string name, path;
 };
 
-// The images of `where`, by name: a folder (its .png, .jpg, .jpeg, .bmp, .pgm and .ppm files) or a pattern of file names with * and ?
+// The images of `where`, by name: a folder (its .png, .jpg, .jpeg, .bmp, .pgm, .ppm and .pnm files) or a pattern of file names with * and ?
 // ("data/left??.jpg"). Throws Error(bad_input) if there are none or more than 500, Error(io) if the folder cannot be read.
 std::vector<ImageFile> images_of(const std::string& where);
 

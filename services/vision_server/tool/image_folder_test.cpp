@@ -57,6 +57,16 @@ TEST_F(ImageFolder, ReadsWhatItNames) {
   }
 }
 
+// Some cameras' programs write the rows of a BMP from the top, and say so by a negative height.
+TEST_F(ImageFolder, ReadsABitmapFromTheTop) {
+  std::string bmp = encoded(".bmp");
+  const std::string negative{static_cast<char>(-90), '\xff', '\xff', '\xff'};
+  bmp.replace(22, 4, negative);
+  const ImageU8 image = load_grey(write("top.bmp", bmp));
+  EXPECT_EQ(image.width, 120);
+  EXPECT_EQ(image.height, 90);
+}
+
 TEST_F(ImageFolder, EveryFileIsHostileUntilChecked) {
   const std::string png = encoded(".png"), jpg = encoded(".jpg");
   std::string huge = png, wrong = png;
@@ -86,6 +96,9 @@ TEST_F(ImageFolder, ListsByFolderAndByPattern) {
   EXPECT_EQ(names(images_of(file("left??.jpg"))), "left01.jpg left02.jpg ");
   EXPECT_NE(names(images_of(folder_.string())).find("right01.JPG"), std::string::npos);
   EXPECT_EQ(names(images_of(folder_.string())).find("notes"), std::string::npos);
+  std::filesystem::create_directories(folder_ / "run[1]");
+  write("run[1]/a.pnm", "x");
+  EXPECT_EQ(names(images_of(file("run[1]"))), "a.pnm ");  // a folder, not a pattern
   EXPECT_NE(refusal([&] { images_of(file("nothing*")); }).find("no images"), std::string::npos);
   EXPECT_NE(refusal([&] { images_of(file("nowhere")); }).find("no such folder"), std::string::npos);
 }
