@@ -182,13 +182,13 @@ BoardSearch search(const cv::Mat& grey, const Chessboard& board, double limit) {
     } else if (brightest - darkest < kFaint) {
       out.why = text("no whole board is found: the image has hardly any contrast, grey values from %.0f to %.0f of 255; take more light, and scale what is stored in a part of 16 bits to all of them",
                      darkest, brightest);
-    } else if (longer > std::max(board.columns, board.rows) || shorter > std::min(board.columns, board.rows)) {
+    } else if ((longer > std::max(board.columns, board.rows) || shorter > std::min(board.columns, board.rows)) && is_board(grey, piece.corners, piece.size, kWhole)) {
       out.why = text("the board seems to have %d x %d inner corners, not ", longer, shorter) + all + "; give the board's own number";
-    } else if (piece.size.area() > 0) {
+    } else if (piece.size.area() > 0 && longer <= std::max(board.columns, board.rows) && shorter <= std::min(board.columns, board.rows)) {
       out.why = text("partly seen: %d x %d of the board's ", longer, shorter) + all +
-                " inner corners are recognised; nothing may cover the board, and all of it must be in the picture";
+                " inner corners are recognised; nothing may cover the board, all of it must be in the picture, and its number is that of the places where four squares meet";
     } else {
-      out.why = "no whole board of " + all + " inner corners is found: it is covered, cut by the picture's edge, unevenly lit, bent or not there";
+      out.why = "no whole board of " + all + " inner corners is found: it is covered, cut by the picture's edge, unevenly lit, bent, of another number or not there";
     }
     return out;
   }

@@ -116,6 +116,23 @@ TEST(FindBoard, APartOfARealBoardIsNotTakenForASmallerOne) {
     }
 }
 
+// The search for pieces may go on beyond the board's rim, where a row of corners seems to follow.
+TEST(FindBoard, ARealBoardCutByThePictureIsNotSaidToBeAnother) {
+  for (const char* name : {"left04.jpg", "left05.jpg"}) {
+    const testing::NamedImage whole = testing::chessboard_image(name);
+    ImageU8 cut(380, whole.grey.height);
+    for (int y = 0; y < cut.height; ++y)
+      for (int x = 0; x < cut.width; ++x) cut.at(x, y) = whole.grey.at(x + 180, y);
+    const BoardSearch s = find_board(cut, kBoard);
+    EXPECT_FALSE(s.view) << name;
+    EXPECT_EQ(s.why.find("own number"), std::string::npos) << name << ": " << s.why;
+    EXPECT_NE(s.why.find("cut by the picture's edge"), std::string::npos) << name << ": " << s.why;
+  }
+  // Squares counted in place of corners.
+  const BoardSearch s = find_board(testing::chessboard_image("left02.jpg").grey, {10, 7, 1});
+  EXPECT_NE(s.why.find("where four squares meet"), std::string::npos) << s.why;
+}
+
 TEST(FindBoard, NothingIsFoundWhereNothingIs) {
   ImageU8 noise(320, 240);
   std::uint32_t state = 1;
