@@ -292,7 +292,7 @@ std::pair<std::int64_t, CameraCalibration> from_wire(const sensor_msgs::msg::dds
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 4; ++j) c.P(i, j) = finite_calibration(m.p()[static_cast<std::size_t>(4 * i + j)]);
   require(c.K(0, 0) > 0 && c.K(1, 1) > 0, ErrorCode::vision_image_bad, "a camera info's focal lengths must be positive");
-  require((c.R * c.R.transpose()).isIdentity(1e-6), ErrorCode::vision_image_bad,
+  require((c.R * c.R.transpose()).isIdentity(1e-6) && c.R.determinant() > 0, ErrorCode::vision_image_bad,
           "a camera info's R must be a rotation; the identity where the images are rectified");
   return {stamp_from_wire(m.header().stamp()), c};
 }

@@ -280,6 +280,9 @@ TEST(CameraInfoWire, RoundTripAndRefusals) {
   bad.r()[0] = 2;
   EXPECT_THROW(from_wire(bad), Error);
   bad = m;
+  bad.r()[0] = -1;  // a mirror
+  EXPECT_THROW(from_wire(bad), Error);
+  bad = m;
   bad.k()[0] = kNoNumber;
   EXPECT_THROW(from_wire(bad), Error);
   bad = m;

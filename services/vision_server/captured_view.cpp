@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t kReadingsKept = 8;
 constexpr std::uint64_t kTimeKept = 2'000'000'000;  // of streams [ns]: an image may come that late
 constexpr std::size_t kMostKept = 4096;             // of streams, whatever their rate
+constexpr std::uint64_t kOutOfOrder = 100'000'000;  // of streams [ns]: what comes as late as that is no clock gone back
 constexpr std::uint64_t kOneExposure = 1'000'000;   // of a pair [ns]: the stamps of two cameras that fire together
 
 std::uint64_t apart(std::int64_t a, std::int64_t b) {
@@ -40,7 +41,7 @@ void check_sizes(const CapturedView& view) {
 template <class T>
 void ViewCollector::Track<T>::add(std::int64_t stamp, std::uint64_t arrival, T value) {
   // The clock went back: what came before belongs to another run of it.
-  if (by_time && !readings.empty() && stamp < readings.back().stamp && apart(stamp, readings.back().stamp) > kTimeKept)
+  if (by_time && !readings.empty() && stamp < readings.back().stamp && apart(stamp, readings.back().stamp) > kOutOfOrder)
     readings.clear();
   // The same reading may be published again: the newest copy counts.
   std::erase_if(readings, [&](const auto& r) { return r.stamp == stamp; });

@@ -175,6 +175,17 @@ TEST(ViewCollector, JointsFromBeforeTheClockWentBackAreForgotten) {
   EXPECT_EQ(c.wait(50 * kMillisecond, triggered, 1ms)->joints.at(0).second, 0.2);
 }
 
+// A clock that is set back by less than what is kept, as a network's time does it.
+TEST(ViewCollector, JointsFromBeforeASmallStepBackAreForgottenToo) {
+  ViewCollector c(5 * kMillisecond);
+  stream(c, 0, 4000, 0.1);
+  const auto triggered = c.now();
+  stream(c, 3002, 3100, 0.2);
+  add_pictures(c, 3050 * kMillisecond);
+  ASSERT_TRUE(c.wait(3050 * kMillisecond, triggered, 1ms));
+  EXPECT_EQ(c.wait(3050 * kMillisecond, triggered, 1ms)->joints.at(0).second, 0.2);
+}
+
 TEST(ViewStore, KeepsTheLastViews) {
   ViewStore store(2);
   CapturedView v;

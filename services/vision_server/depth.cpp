@@ -60,11 +60,12 @@ object_model::DepthMap make_depth(const ImageF& disparity, const StereoRig& rig,
     for (int x = 0; x < w; ++x) {
       const float here = disparity.at(x, y);
       if (here <= 0) continue;
-      map.depth_minimum.at(x, y) = static_cast<float>(fB / nearest.at<float>(y, x));
+      map.depth_minimum.at(x, y) = static_cast<float>(std::min(fB / nearest.at<float>(y, x), kFarthestDepth));
       if (high.at<float>(y, x) - low.at<float>(y, x) > settings.flying_range_px) continue;
-      const double z = fB / here;
+      const double z = fB / here, sigma = depth_sigma(rig, settings, z);
+      if (z > kFarthestDepth || sigma > kFarthestDepth) continue;
       map.depth.at(x, y) = static_cast<float>(z);
-      map.depth_sigma.at(x, y) = static_cast<float>(depth_sigma(rig, settings, z));
+      map.depth_sigma.at(x, y) = static_cast<float>(sigma);
     }
   return map;
 }

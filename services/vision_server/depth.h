@@ -8,6 +8,9 @@
 
 namespace periplus::vision {
 
+// [m] What lies further away has no depth, and as much for its least depth: that a perception can carry.
+constexpr double kFarthestDepth = 100;
+
 struct DepthSettings {
   double disparity_sigma_px = 0.4;   // standard deviation of a matched disparity; the eyes benchmark finds 0.34 with rich texture, 0.7 with weak
   double footprint_m = 0.003;        // side of the square, at the object's distance, whose least depth may carve

@@ -28,6 +28,17 @@ TEST(Depth, IsFocalLengthTimesBaselineByDisparityWithItsUncertainty) {
   EXPECT_NEAR(map.depth_sigma.at(10, 10), (fB / 11.5 - fB / 12.5) / 2, 1e-4);
 }
 
+// The far end of a hall, in fractions of a pixel of disparity: empty space up to there, and no depth.
+TEST(Depth, WhatIsTooFarHasALeastDepthAlone) {
+  const auto map = make_depth(ImageF(64, 48, 1, 1.f / 16), kRig, Pose::Identity(), {}, 1);
+  EXPECT_EQ(map.depth.at(10, 10), 0);
+  EXPECT_EQ(map.depth_sigma.at(10, 10), 0);
+  EXPECT_EQ(map.depth_minimum.at(10, 10), 100);
+  DepthSettings rough;
+  rough.disparity_sigma_px = 9;
+  EXPECT_EQ(make_depth(ImageF(64, 48, 1, 0.5f), kRig, Pose::Identity(), rough, 1).depth.at(10, 10), 0);  // 31 m, to 560
+}
+
 TEST(Depth, TheMinimumReachesHalfAFootprintOverAnEdge) {
   DepthSettings s;
   s.footprint_m = 0.05;  // at 1 m: 108.26 * 0.05 = 5.4 px, odd: 5

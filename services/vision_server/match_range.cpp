@@ -54,6 +54,7 @@ DepthRange depth_range(const StereoRig& rig, const Pose& X_WC, const object_mode
   });
   require(r.farthest > least_depth, ErrorCode::bad_input,
           "the object's box lies behind the camera; check box and camera pose");
+  r.box = std::max(least_depth, r.nearest);
   const auto in_picture = [&](const Eigen::Vector3d& p_C) {
     if (p_C.z() < least_depth) return false;
     const Eigen::Vector2d uv = camera.project(p_C);
@@ -85,9 +86,14 @@ DepthRange depth_range(const StereoRig& rig, const Pose& X_WC, const object_mode
 }
 
 DisparityRange disparity_range(const StereoRig& rig, const DepthRange& depths) {
-  const int least = std::max(0, static_cast<int>(std::floor(rig.disparity(depths.farthest))) - 1);
-  const int most = static_cast<int>(std::ceil(rig.disparity(depths.nearest))) + 1;
-  return {least, std::max(16, (most - least + 1 + 15) / 16 * 16)};
+  const double of_box = rig.disparity(depths.box);
+  require(of_box <= kMostDisparity, ErrorCode::vision_no_depth,
+          "the object's box has disparities of " + std::to_string(std::lround(std::min(of_box, 1e9))) + " px, at most " + std::to_string(kMostDisparity) +
+              " can be matched; send images of less resolution, or look from further away");
+  const auto pixels = [&](double z) { return std::min(rig.disparity(z), static_cast<double>(kMostDisparity)); };
+  const int least = std::max(0, static_cast<int>(std::floor(pixels(depths.farthest))) - 1);
+  const int most = static_cast<int>(std::ceil(pixels(depths.nearest))) + 1;
+  return {least, std::max(16, std::min(most - least + 1 + 15, kMostDisparity + 1 - least) / 16 * 16)};
 }
 
 }  // namespace periplus::vision

@@ -61,5 +61,16 @@ TEST(DisparityRange, HoldsBothEndsAndIsAMultipleOfSixteen) {
   }
 }
 
+TEST(DisparityRange, EndsWhereTheMatcherDoesAndRefusesABoxBeyond) {
+  const StereoRig large{Pinhole::from_vertical_fov(8192, 6144, 0.436332), 0.144};
+  const double limit = large.depth(kMostDisparity);
+  const DisparityRange r = disparity_range(large, {0.4, 5.0, limit + 0.01});  // the floor, say, lies nearer
+  EXPECT_LE(r.least + r.count, kMostDisparity + 1);
+  EXPECT_GT(r.least + r.count, kMostDisparity - 16);
+  EXPECT_LT(r.least, large.disparity(5.0));
+  EXPECT_THROW(disparity_range(large, {0.4, 5.0, limit - 0.01}), Error);
+  EXPECT_NEAR(depth_range(large, look_at({-1.2, 0, 1.4}, {0, 0, 1.4}), box_at({0, 0, 1.4}, 0.4), nullptr, 0.4, 6.5).box, 1.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace periplus::vision

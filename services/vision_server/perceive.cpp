@@ -53,8 +53,8 @@ void PerceiveSettings::check() const {
           "range: default_far_m must exceed least_depth_m, and that 0");
   require(least_contrast >= 0 && least_valid_share >= 0 && least_valid_share < 1, ErrorCode::bad_input,
           "checks: least_contrast must not be negative, least_valid_share must lie in [0, 1)");
-  require(position_sigma_m >= 0 && rotation_sigma_rad >= 0, ErrorCode::bad_input,
-          "pose: standard deviations must not be negative");
+  require(position_sigma_m >= 0 && position_sigma_m <= 10 && rotation_sigma_rad >= 0 && rotation_sigma_rad <= 10, ErrorCode::bad_input,
+          "pose: standard deviations must lie in 0..10");
 }
 
 object_model::Perception perceive(const RectifiedPair& pair, const object_model::ObjectBox& box,

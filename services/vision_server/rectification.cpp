@@ -92,12 +92,18 @@ StereoRig rig_of(const CameraCalibration& left, const CameraCalibration& right) 
   require(left.width == right.width && left.height == right.height, ErrorCode::vision_image_bad,
           "left and right camera differ in size; the pair must be rectified to one");
   const double fx = left.P(0, 0);
+  require(left.P.col(3).head<2>().norm() < 1e-6 * std::max(1.0, std::abs(fx)), ErrorCode::vision_image_bad,
+          "the left camera info carries a baseline, which the right one must: P[3] and P[7] of the left must be 0; are left and right exchanged?");
   require((left.P.leftCols<3>() - right.P.leftCols<3>()).cwiseAbs().maxCoeff() < 1e-6 * std::max(1.0, std::abs(fx)),
           ErrorCode::vision_image_bad,
           "left and right projection matrices differ in more than the baseline; calibrate the pair with "
           "zero disparity at infinity");
   require(fx > 0 && right.P(0, 3) < 0 && std::abs(right.P(1, 3)) < 1e-6 * fx, ErrorCode::vision_image_bad,
           "the right camera info carries no baseline: P[3] must be -fx times the baseline, P[7] 0");
+  Eigen::Matrix3d pinhole = left.P.leftCols<3>();
+  pinhole(1, 1) = pinhole(0, 0) = 1;
+  pinhole(0, 2) = pinhole(1, 2) = 0;
+  require(pinhole.isIdentity(1e-9), ErrorCode::vision_image_bad, "a camera info's P must be (fx 0 cx; 0 fy cy; 0 0 1) and the baseline; calibrate the pair again");
   StereoRig rig;
   rig.camera = {left.width, left.height, fx, left.P(1, 1), left.P(0, 2), left.P(1, 2)};
   rig.baseline = -right.P(0, 3) / fx;

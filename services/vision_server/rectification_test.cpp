@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 namespace periplus::vision {
 namespace {
@@ -135,6 +137,14 @@ TEST(Rectification, RefusesWhatIsNoRectifiedPair) {
   v = ideal_view();
   v.right_calibration.P(1, 2) += 3;
   EXPECT_EQ(code(v), ErrorCode::vision_image_bad);
+  v = ideal_view();
+  std::swap(v.left_calibration, v.right_calibration);
+  EXPECT_EQ(code(v), ErrorCode::vision_image_bad);
+  for (const auto& [row, column, value] : {std::tuple(2, 2, 0.0), std::tuple(0, 1, 4.0), std::tuple(2, 0, 0.1)}) {
+    v = ideal_view();
+    v.left_calibration.P(row, column) = v.right_calibration.P(row, column) = value;
+    EXPECT_EQ(code(v), ErrorCode::vision_image_bad) << row << column;
+  }
   v = ideal_view();
   v.right = ImageU8(80, 60, 3);
   EXPECT_EQ(code(v), ErrorCode::vision_image_bad);

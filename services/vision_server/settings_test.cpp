@@ -44,6 +44,8 @@ TEST(VisionSettings, ValuesAreTakenAndWrongOnesRefused) {
   EXPECT_THROW(read_settings(config::parse("matching: {block_px: 4}", "t")), Error);
   EXPECT_THROW(read_settings(config::parse("capture: {atempts: 3}", "t")), Error);
   EXPECT_THROW(read_settings(config::parse("threads: 0", "t")), Error);
+  EXPECT_THROW(read_settings(config::parse("matching: {penalty_2: 1000000}", "t")), Error);
+  EXPECT_THROW(read_settings(config::parse("pose: {position_sigma_m: 1e300}", "t")), Error);
   const auto features = read_settings(config::parse("features: {detector: orb, selection: geometry_first, second_ratio: 0.8}", "t")).perceive.features;
   EXPECT_EQ(features.detector.kind, DescriptorKind::orb);
   EXPECT_EQ(features.selection.method, FeatureSelection::geometry_first);

@@ -67,7 +67,12 @@ void MatchSettings::check() const {
   require(prefilter_cap >= 1 && prefilter_cap <= 63, ErrorCode::bad_input, "matching: prefilter_cap must lie in 1..63");
   require(uniqueness_percent >= 0 && uniqueness_percent < 100, ErrorCode::bad_input,
           "matching: uniqueness_percent must lie in 0..99");
-  require(speckle_window >= 0 && speckle_range >= 0, ErrorCode::bad_input, "matching: speckle sizes must not be negative");
+  // Costs are numbers of 16 bits: beyond that they wrap, and wrong matches win.
+  constexpr int kMostPenalty = 20000;
+  require(penalty_2 <= kMostPenalty / (block * block), ErrorCode::bad_input,
+          "matching: penalty_2 times block_px squared must not exceed " + std::to_string(kMostPenalty) + ": with block_px " + std::to_string(block) + " at most " +
+              std::to_string(kMostPenalty / (block * block)));
+  require(speckle_window >= 0 && speckle_range >= 0 && speckle_range <= kMostDisparity, ErrorCode::bad_input, "matching: speckle sizes must not be negative, speckle_range_px at most 2047");
   require(left_right_px > 0, ErrorCode::bad_input, "matching: left_right_px must be positive");
 }
 
@@ -77,8 +82,9 @@ DisparityPair match(const ImageU8& left, const ImageU8& right, const DisparityRa
   require(left.channels == 1 && right.channels == 1 && left.width == right.width && left.height == right.height &&
               left.width > 0 && left.height > 0,
           ErrorCode::bad_size, "stereo matching needs two grey images of one size");
-  require(range.least >= 0 && range.count > 0 && range.count % 16 == 0 && range.least + range.count < 4 * left.width,
-          ErrorCode::bad_input, "the disparity range must be a positive multiple of 16 pixels that fits the image");
+  require(range.least >= 0 && range.count > 0 && range.count % 16 == 0 && range.least + range.count < 4 * left.width &&
+              range.least + range.count <= kMostDisparity + 1,
+          ErrorCode::bad_input, "the disparity range must be a positive multiple of 16 pixels that fits the image, and end at 2047");
   const cv::Mat l = view(left), r = view(right);
   // Both eyes at once: OpenCV spreads only parts of the work over its threads.
   auto right_way = beside([&] { return flipped(one_way(flipped(r), flipped(l), range, settings)); });

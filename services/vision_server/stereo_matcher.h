@@ -19,6 +19,9 @@ struct MatchSettings {
   void check() const;
 };
 
+// OpenCV gives disparities in sixteenths, as numbers of 16 bits.
+constexpr int kMostDisparity = 2047;
+
 // Disparities least .. least + count - 1 are searched; count is a multiple of 16.
 struct DisparityRange {
   int least = 0;

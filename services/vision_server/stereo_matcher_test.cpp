@@ -120,6 +120,23 @@ TEST(StereoMatcher, RefusesWhatIsNoPair) {
   MatchSettings even;
   even.block = 4;
   EXPECT_THROW(match(a, a, {0, 16}, even), Error);
+  EXPECT_THROW(match(ImageU8(1024, 48), ImageU8(1024, 48), {2033, 16}, {}), Error);
+}
+
+// The greatest penalty that is allowed still matches; a greater one would wrap.
+TEST(StereoMatcher, PenaltiesFitTheCosts) {
+  const Pair p = wall(1.2, 2);
+  const double truth = p.rig.disparity(1.2);
+  for (const int block : {1, 5, 11, 21}) {
+    MatchSettings s;
+    s.block = block;
+    s.penalty_2 = 20000 / (block * block);
+    const DisparityPair d = match(p.left_grey, p.right_grey, {32, 64}, s);
+    const auto right = std::count_if(d.left.data.begin(), d.left.data.end(), [&](float v) { return std::abs(v - truth) < 1; });
+    EXPECT_GT(right, 0.65 * 320 * 240) << block;
+    ++s.penalty_2;
+    EXPECT_THROW(s.check(), Error) << block;
+  }
 }
 
 }  // namespace
