@@ -82,9 +82,11 @@ DisparityPair match(const ImageU8& left, const ImageU8& right, const DisparityRa
   require(left.channels == 1 && right.channels == 1 && left.width == right.width && left.height == right.height &&
               left.width > 0 && left.height > 0,
           ErrorCode::bad_size, "stereo matching needs two grey images of one size");
-  require(range.least >= 0 && range.count > 0 && range.count % 16 == 0 && range.least + range.count < 4 * left.width &&
-              range.least + range.count <= kMostDisparity + 1,
-          ErrorCode::bad_input, "the disparity range must be a positive multiple of 16 pixels that fits the image, and end at 2047");
+  require(range.least >= 0 && range.count > 0 && range.count % 16 == 0 && range.least + range.count <= kMostDisparity + 1, ErrorCode::bad_input,
+          "the disparity range must be a positive multiple of 16 pixels, and end at 2047");
+  require(range.least + range.count < 4 * left.width, ErrorCode::bad_input,
+          "images " + std::to_string(left.width) + " px wide cannot show disparities of " + std::to_string(range.least) + " to " + std::to_string(range.least + range.count - 1) +
+              " px, which room and object ask for; send larger images");
   const cv::Mat l = view(left), r = view(right);
   // Both eyes at once: OpenCV spreads only parts of the work over its threads.
   auto right_way = beside([&] { return flipped(one_way(flipped(r), flipped(l), range, settings)); });

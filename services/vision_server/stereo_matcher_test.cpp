@@ -120,6 +120,7 @@ TEST(StereoMatcher, RefusesWhatIsNoPair) {
   MatchSettings even;
   even.block = 4;
   EXPECT_THROW(match(a, a, {0, 16}, even), Error);
+  EXPECT_THROW(match(ImageU8(4, 4), ImageU8(4, 4), {0, 16}, {}), Error);
   EXPECT_THROW(match(ImageU8(1024, 48), ImageU8(1024, 48), {2033, 16}, {}), Error);
 }
 
