@@ -94,9 +94,11 @@ void ViewCollector::add_joints(std::int64_t stamp_ns, JointPositions joints) { a
 
 void ViewCollector::add_base_pose(std::int64_t stamp_ns, const Pose& X_WB) { add(base_pose_, stamp_ns, X_WB); }
 
-void ViewCollector::add_fault(const std::string& why) {
+bool ViewCollector::add_fault(const std::string& why) {
+  constexpr std::size_t kMostFaults = 64;
   const std::lock_guard lock(mutex_);
   fault_ = why;
+  return faults_.size() < kMostFaults && faults_.insert(why).second;
 }
 
 ViewCollector::Moment ViewCollector::now() const {
@@ -165,6 +167,7 @@ std::string ViewCollector::fault() const {
 void ViewCollector::clear_faults() {
   const std::lock_guard lock(mutex_);
   fault_.clear();
+  faults_.clear();
 }
 
 void ViewStore::put(const std::string& view_id, CapturedView view) {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -53,8 +54,9 @@ class ViewCollector {
   void add_calibration(Part eye, std::int64_t stamp_ns, CameraCalibration calibration);
   void add_joints(std::int64_t stamp_ns, JointPositions joints);
   void add_base_pose(std::int64_t stamp_ns, const Pose& X_WB);
-  // Something came that could not be used; its reason goes into the error if the view stays incomplete.
-  void add_fault(const std::string& why);
+  // Something came that could not be used; its reason goes into the error if the view stays incomplete. True for a reason that is new
+  // since clear_faults(): a camera that is set wrongly gives the same with every image. Of 64 reasons the rest are no news.
+  bool add_fault(const std::string& why);
 
   // To be taken before the trigger.
   Moment now() const;
@@ -105,6 +107,7 @@ class ViewCollector {
   Track<JointPositions> joints_{.by_time = true};
   Track<Pose> base_pose_{.by_time = true};
   std::string fault_;
+  std::set<std::string> faults_;
 };
 
 // The last views by their id. Thread-safe.

@@ -112,10 +112,13 @@ TEST(ViewCollector, OldReadingsAreForgottenAndFaultsRemembered) {
   for (std::int64_t stamp = 2; stamp < 12; ++stamp) c.add_image(Part::right, stamp, ImageU8(1, 1));
   EXPECT_FALSE(c.wait(1, kBegin, 1ms));
   EXPECT_EQ(c.fault(), "");
-  c.add_fault("right image: truncated");
+  EXPECT_TRUE(c.add_fault("right image: truncated"));
+  EXPECT_TRUE(c.add_fault("left image: truncated"));
+  EXPECT_FALSE(c.add_fault("right image: truncated"));  // at the camera's rate
   EXPECT_EQ(c.fault(), "right image: truncated");
   c.clear_faults();
   EXPECT_EQ(c.fault(), "");
+  EXPECT_TRUE(c.add_fault("right image: truncated"));
 }
 
 // Joints and base pose at 200 Hz, of the milliseconds [from, to).

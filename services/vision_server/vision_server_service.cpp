@@ -76,13 +76,12 @@ struct VisionServerService::Impl {
           });
         }) {}
 
-  // Messages that cannot be used are logged and remembered as the cause, should a view stay incomplete.
+  // Messages that cannot be used are remembered as the cause, should a view stay incomplete, and logged once a capture.
   void guarded(const char* what, const std::function<void()>& take) {
     try {
       take();
     } catch (const Error& e) {
-      log::warn("refused a message", {{"what", what}, {"reason", e.what()}});
-      collector.add_fault(std::string(what) + ": " + e.what());
+      if (collector.add_fault(std::string(what) + ": " + e.what())) log::warn("refused a message", {{"what", what}, {"reason", e.what()}});
     }
   }
 
