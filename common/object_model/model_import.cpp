@@ -305,7 +305,8 @@ ObjectModel import_bt(std::string_view file, const std::string& object_id) {
     if (key == "data") break;
     if (key == "id") {
       const std::string_view id = next_word(line);
-      if (id != "OcTree") refuse("the OctoMap must be an OcTree, not " + shown(id));
+      // A .bt has no colours, whatever it was written from.
+      if (id != "OcTree" && id != "ColorOcTree") refuse("the OctoMap must be an OcTree, not " + shown(id));
       have_id = true;
     } else if (key == "size") {
       nodes = number<std::uint64_t>(next_word(line), "the OctoMap's size");

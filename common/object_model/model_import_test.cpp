@@ -1,6 +1,7 @@
 #include "common/object_model/model_import.h"
 
 #include <gtest/gtest.h>
+#include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
 #include <algorithm>
@@ -80,6 +81,13 @@ TEST(ModelImport, ReadsWhatOctoMapPrunesAndWrites) {
   EXPECT_EQ(counts.known, 512u);
   EXPECT_EQ(counts.empty, 1u);
   EXPECT_EQ(model.grid().state({16, 0, 0}), voxel::VoxelState::empty);
+
+  // What convert_octree makes of a .ot with colours.
+  octomap::ColorOcTree coloured(0.05);
+  coloured.updateNode(octomap::point3d(0.03f, 0.03f, 0.03f), true);
+  std::ostringstream converted;
+  ASSERT_TRUE(coloured.writeBinary(converted));
+  EXPECT_EQ(import_bt(converted.str(), "coloured").grid().counts().known, 1u);
 }
 
 TEST(ModelImport, ACloudComesBackAsTheKnownVoxels) {
@@ -161,7 +169,7 @@ TEST(ModelImport, SaysWhatIsWrongWithAnOctoMap) {
   EXPECT_NE(refusal_of_bt("# Octomap OcTree file\n").find("must begin with"), std::string::npos);
   EXPECT_NE(refusal_of_bt("# Octomap OcTree binary file\nid OcTree\n").find("within its header"), std::string::npos);
   EXPECT_NE(refusal_of_bt("# Octomap OcTree binary file\ndata\n").find("needs id, size and res"), std::string::npos);
-  EXPECT_NE(refusal_of_bt("# Octomap OcTree binary file\nid ColorOcTree\n").find("must be an OcTree"), std::string::npos);
+  EXPECT_NE(refusal_of_bt("# Octomap OcTree binary file\nid SemanticOcTree\n").find("must be an OcTree"), std::string::npos);
   for (const char* res : {"0", "-0.1", "nan", "inf", "1e300", "1e-300"}) EXPECT_NE(refusal_of_bt(tree("2", res, "ab")).find("voxel size"), std::string::npos) << res;
   EXPECT_NE(refusal_of_bt(tree("2", "x", "ab")).find("not a number"), std::string::npos);
   EXPECT_NE(refusal_of_bt(tree("0", "0.1", "")).find("empty"), std::string::npos);
