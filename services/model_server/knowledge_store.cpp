@@ -106,6 +106,25 @@ class WriterLock {
   int file_;
 };
 
+// True for a database of another user or on a medium that cannot be written, which no server uses. Throws Error if what its log holds cannot be read there.
+bool is_read_only(const std::string& folder, const std::string& path) {
+  if (::access(folder.c_str(), W_OK) == 0 && ::access(path.c_str(), W_OK) == 0) return false;
+  std::error_code error;
+  const bool used = std::filesystem::exists(path + "-shm", error);
+  const auto logged = std::filesystem::file_size(path + "-wal", error);
+  if (error) return true;
+  require(used || logged == 0, ErrorCode::model_store,
+          "a killed server left a log beside " + path + ", and the folder cannot be written; copy knowledge.sqlite and knowledge.sqlite-wal to one that can, and name that");
+  return !used;
+}
+
+// The file's name for SQLite, without a log and its index beside it, which it would create.
+std::string as_it_lies(const std::string& path) {
+  std::string uri = "file:";
+  for (const char c : path) uri += c == '%' ? "%25" : c == '?' ? "%3f" : c == '#' ? "%23" : std::string(1, c);
+  return uri + "?immutable=1";
+}
+
 std::string sum_of(const EnvironmentTexts& t) {
   std::string all;
   for (const std::string* text : {&t.scene_id, &t.scene_yaml, &t.robot_yaml, &t.robot_urdf}) all += std::to_string(text->size()) + ":" + *text;
@@ -243,7 +262,8 @@ KnowledgeStore::KnowledgeStore(const std::string& folder, Access access) : impl_
   }
   // Readers open it for writing too: what a killed server left in the log belongs to the database.
   const int flags = access == Access::write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READWRITE;
-  const int status = sqlite3_open_v2(path.c_str(), &impl_->db, flags, nullptr);
+  const int status = access == Access::read && is_read_only(folder, path) ? sqlite3_open_v2(as_it_lies(path).c_str(), &impl_->db, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr)
+                                                                         : sqlite3_open_v2(path.c_str(), &impl_->db, flags, nullptr);
   require(status == SQLITE_OK, ErrorCode::model_store, "cannot open " + path + ": " + sqlite3_errstr(status));
   sqlite3* db = impl_->db;
   sqlite3_busy_timeout(db, 2000);
@@ -253,7 +273,7 @@ KnowledgeStore::KnowledgeStore(const std::string& folder, Access access) : impl_
     return;
   }
   run(db, "PRAGMA journal_mode = WAL");
-  run(db, "PRAGMA synchronous = NORMAL");
+  run(db, "PRAGMA synchronous = FULL");  // each commit reaches the disk: a power cut takes the view in flight alone
   Transaction transaction(db);
   const auto found = impl_->schema(path);
   if (found == 0) {

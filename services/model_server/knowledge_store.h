@@ -1,6 +1,6 @@
 // The knowledge database: environment, and object models with their views, in one SQLite file (write-ahead log). Each
-// writing call is one transaction: after a crash the file holds all of it or nothing. Every part has a SHA-256: a model's state names
-// its views with theirs, so that nothing of it can be changed, lost or put in another place unnoticed.
+// writing call is one transaction: after a crash the file holds all of it or nothing, after a power cut too. Every part has a
+// SHA-256: a model's state names its views with theirs, so that nothing of it can be changed, lost or put in another place unnoticed.
 //
 // One process at a time writes; its lock (on knowledge.lock) ends with it, however it ends. Others may read meanwhile.
 // What an older version wrote is brought to this one's form when it is opened for writing, in one transaction.
@@ -23,7 +23,7 @@ class KnowledgeStore {
  public:
   enum class Access { write, read };
 
-  // knowledge.sqlite in `folder`. For writing both are created where needed; for reading they must be there.
+  // knowledge.sqlite in `folder`. For writing both are created where needed; for reading they must be there, and may be read-only.
   explicit KnowledgeStore(const std::string& folder, Access access = Access::write);
   ~KnowledgeStore();
 

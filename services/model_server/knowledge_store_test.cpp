@@ -129,6 +129,50 @@ TEST_F(KnowledgeStoreTest, OthersReadWhileOneWrites) {
   EXPECT_FALSE(reader.model("ball").has_value());
 }
 
+TEST_F(KnowledgeStoreTest, WhatCannotBeWrittenIsReadAsItLies) {
+  const std::string place = folder + "/100% #1?";
+  object_model::ObjectModel model = begun();
+  KnowledgeStore(place).put_model(model);
+  const fs::path database = place + "/knowledge.sqlite";
+  const auto lock = [&](bool writable) {
+    const auto how = writable ? fs::perm_options::add : fs::perm_options::remove;
+    fs::permissions(place, fs::perms::owner_write, how);
+    fs::permissions(database, fs::perms::owner_write, how);
+  };
+  // As another user: nobody's, where the tests are root's.
+  const auto read = [&](const std::string& says) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      if (::getuid() == 0 && ::setuid(65534) != 0) ::_exit(9);
+      try {
+        const KnowledgeStore store(place, KnowledgeStore::Access::read);
+        ::_exit(says.empty() && store.model("ball")->digest() == model.digest() && store.verify().empty() ? 0 : 1);
+      } catch (const Error& e) {
+        ::_exit(!says.empty() && std::string(e.what()).find(says) != std::string::npos ? 0 : 2);
+      }
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+  };
+  lock(false);
+  EXPECT_EQ(read(""), 0);
+  EXPECT_EQ(std::distance(fs::directory_iterator(place), {}), 2);  // database and lock
+  lock(true);
+  {
+    KnowledgeStore server(place);
+    server.put_model(model);
+    lock(false);
+    EXPECT_EQ(read(""), 0);  // the server's own index is used
+    lock(true);
+    fs::copy_file(place + "/knowledge.sqlite-wal", place + "/kept");
+  }
+  fs::rename(place + "/kept", place + "/knowledge.sqlite-wal");
+  lock(false);
+  EXPECT_EQ(read("copy knowledge.sqlite and knowledge.sqlite-wal"), 0);
+  lock(true);
+}
+
 TEST_F(KnowledgeStoreTest, WhatVersion1WroteIsBroughtToThisForm) {
   object_model::ObjectModel model = begun();
   look(model, 0);
