@@ -45,7 +45,7 @@ class ModelKeeper {
 
   // All unknown, or as it stands if it was begun alike, whatever its box has grown to since. `reset` begins it anew with the next revision, unless nothing was
   // seen of it yet. Throws Error(model_environment_missing), Error(model_object_differs) where it was begun with another
-  // box, voxel size or environment, Error(bad_input), Error(model_store).
+  // box, voxel size or environment, Error(bad_input), Error(model_store), without `reset` also where one is stored that cannot be read.
   Model begin(const std::string& object_id, const object_model::ObjectBox& box, double voxel_size, bool reset);
 
   // True if the view is part of the model already.

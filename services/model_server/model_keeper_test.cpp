@@ -1,6 +1,7 @@
 #include "services/model_server/model_keeper.h"
 
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -125,6 +126,27 @@ TEST_F(ModelKeeperTest, GoesOnWhereItWas) {
   straight.integrate("ball", p1.view_id, &p1);
   EXPECT_EQ(straight.model("ball")->digest(), keeper.model("ball")->digest());
   fs::remove_all(folder + ".straight");
+}
+
+TEST_F(ModelKeeperTest, ADamagedObjectIsNotReplacedUnasked) {
+  {
+    ModelKeeper keeper(folder, {});
+    keeper.set_environment(room());
+    keeper.begin("ball", box, 0.025, false);
+    const auto p = view(0);
+    keeper.integrate("ball", p.view_id, &p);
+  }
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open((folder + "/knowledge.sqlite").c_str(), &db), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(db, "UPDATE objects SET sha256 = ''", nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(db);
+  ModelKeeper keeper(folder, {});
+  keeper.set_environment(room());
+  EXPECT_TRUE(keeper.models().empty());
+  EXPECT_EQ(code_of([&] { keeper.begin("ball", box, 0.025, false); }), ErrorCode::model_store);
+  EXPECT_EQ(KnowledgeStore(folder, KnowledgeStore::Access::read).verify().size(), 1u);
+  EXPECT_TRUE(keeper.begin("ball", box, 0.025, true)->state().views.empty());
+  EXPECT_TRUE(KnowledgeStore(folder, KnowledgeStore::Access::read).verify().empty());
 }
 
 TEST_F(ModelKeeperTest, ABoxGrowsWithItsObject) {
