@@ -87,6 +87,24 @@ int digest(const Options& o) {
   return 0;
 }
 
+// What is there stays whole if the disk is full: beside it first, through links. A device or pipe (/dev/stdout) is written to, not replaced;
+// false then.
+bool write_file(const std::string& file, const std::string& data) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_status there = fs::status(file, error);
+  const bool replaces = !fs::exists(there) || fs::is_regular_file(there);
+  const std::string target = fs::is_regular_file(there) ? fs::canonical(file, error).string() : file, written = replaces ? target + ".part" : target;
+  std::ofstream out(written, std::ios::binary);
+  out.write(data.data(), static_cast<std::streamsize>(data.size()));
+  out.close();
+  error.clear();
+  if (!out.fail() && replaces) fs::rename(written, target, error);
+  if (!out.fail() && !error) return replaces;
+  if (replaces) fs::remove(written, error);
+  throw_error(ErrorCode::io, "cannot write " + file + "; choose another with --output");
+}
+
 int export_to_file(const Options& o) {
   const KnowledgeStore store = reading(o);
   const ObjectModel m = the_model(store, o.object);
@@ -96,26 +114,21 @@ int export_to_file(const Options& o) {
     for (const object_model::ExportFormat& f : object_model::export_formats())
       if (o.format == f.name) file = m.state().object_id + f.extension;
   }
-  // Beside it first, so that what was there stays whole if the disk is full.
-  const std::string beside = file + ".part";
-  std::ofstream out(beside, std::ios::binary);
-  out.write(data.data(), static_cast<std::streamsize>(data.size()));
-  out.close();
-  std::error_code error;
-  if (!out.fail()) std::filesystem::rename(beside, file, error);
-  if (out.fail() || error) {
-    std::filesystem::remove(beside, error);
-    throw_error(ErrorCode::io, "cannot write " + file + "; choose another with --output");
-  }
-  std::cout << file << ": " << data.size() << " bytes\n";
+  (write_file(file, data) ? std::cout : std::cerr) << file << ": " << data.size() << " bytes\n";
   return 0;
+}
+
+// As the services want it.
+void check_name(const std::string& id) {
+  require(!id.empty() && id.size() <= 64 && id != "." && id != ".." &&
+              id.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-") == std::string::npos,
+          ErrorCode::bad_input, "an object's name has 1 to 64 letters, digits, dots, dashes and underscores; choose one with --name");
 }
 
 int import_file(const Options& o) {
   const std::filesystem::path path = o.file;
   const std::string extension = path.extension().string(), id = o.name.empty() ? path.stem().string() : o.name;
-  require(!id.empty() && id.size() <= 64 && id.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-") == std::string::npos, ErrorCode::bad_input,
-          "an object's name has 1 to 64 letters, digits, dots, dashes and underscores; choose one with --name");
+  if (extension != ".periplus" || !o.name.empty()) check_name(id);
   const std::string data = read_file(o.file);
   ObjectModel m = [&] {
     if (extension == ".periplus") {
@@ -129,6 +142,7 @@ int import_file(const Options& o) {
     if (extension == ".pcd") return object_model::import_pcd(data, id, o.voxel_m);
     throw_error(ErrorCode::bad_input, "the file's name must end in .periplus, .bt or .pcd");
   }();
+  check_name(m.state().object_id);  // the file's own may be any text
   KnowledgeStore store(store_folder(o));
   bool there = true;
   try {
@@ -154,9 +168,10 @@ int verify(const Options& o) {
   std::vector<std::string> damaged = store.verify();
   std::string carved;
   if (o.recarve && damaged.empty()) {
+    // Imported models may be all that is there.
+    const object_model::Surroundings around = store.environment() ? surroundings_of(store) : object_model::Surroundings();
     for (const ObjectModel& m : store.models()) {
-      const object_model::Surroundings around = surroundings_of(store);
-      if (!m.can_be_revised() || m.state().environment_revision != around.revision) {
+      if (!m.can_be_revised() || !around.collision || m.state().environment_revision != around.revision) {
         carved += "  " + m.state().object_id + ": cannot be carved again here\n";
       } else if (m.revised({}, {}, around, carving(o)).digest() == m.digest()) {
         carved += "  " + m.state().object_id + ": carved again, the same grid\n";

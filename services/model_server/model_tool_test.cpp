@@ -110,6 +110,43 @@ TEST_F(ModelProgram, WhatGoesOutComesBackIn) {
   EXPECT_EQ(run("verify").status, 0);
 }
 
+TEST_F(ModelProgram, WritesThroughLinksAndIntoPipes) {
+  std::ofstream(file("behind.ply")) << "old";
+  fs::create_symlink(file("behind.ply"), file("link.ply"));
+  EXPECT_EQ(run("export", "-o link.ply").status, 0);
+  EXPECT_TRUE(fs::is_symlink(file("link.ply")));
+  const std::string written = read_file(file("behind.ply"));
+  EXPECT_TRUE(written.starts_with("ply\n"));
+  EXPECT_EQ(run("export", "-o /proc/self/fd/1").out, written);  // as /dev/stdout
+  fs::create_directories(file("folder"));
+  refused(run("export", "-o folder"), "cannot write folder");
+  EXPECT_TRUE(fs::is_empty(file("folder")));
+}
+
+TEST_F(ModelProgram, ImportsUnderNamesThatServicesTake) {
+  EXPECT_EQ(run("export", "--format periplus").status, 0);
+  object_model::ModelState state = object_model::load_model(file("ball.periplus")).state();
+  fs::copy_file(file("ball.periplus"), file("ball (1).periplus"));
+  EXPECT_EQ(run("delete", "ball --yes").status, 0);
+  EXPECT_EQ(run("import", "'ball (1).periplus'").status, 0);
+  EXPECT_EQ(run("digest").out, digest_ + "  ball\n");
+  // A stranger's file may say any name; one that is a path would be written to by `export`.
+  state.object_id = "../ball";
+  std::ofstream(file("other.periplus"), std::ios::binary) << object_model::write_model(object_model::ObjectModel(state));
+  refused(run("import", "other.periplus"), "--name");
+  refused(run("import", "other.periplus --name .."), "--name");
+  EXPECT_EQ(run("import", "other.periplus --name other").status, 0);
+}
+
+TEST_F(ModelProgram, ImportedModelsAloneAreNotCarvedAgain) {
+  EXPECT_EQ(run("export", "--format bt").status, 0);
+  fs::remove_all(store());  // with its environment
+  EXPECT_EQ(run("import", "ball.bt").status, 0);
+  const Answer r = run("verify", "--recarve");
+  EXPECT_EQ(r.status, 0) << r.err;
+  EXPECT_NE(r.out.find("ball: cannot be carved again here"), std::string::npos) << r.out;
+}
+
 TEST_F(ModelProgram, VerifiesAndCarvesAgain) {
   const Answer sound = run("verify", "--recarve");
   EXPECT_EQ(sound.status, 0) << sound.out << sound.err;
