@@ -18,6 +18,17 @@ namespace {
 
 constexpr int kSchema = 2;  // 1: no checksums
 
+// What a person may do about it.
+const char* way_out(int sqlite_error) {
+  switch (sqlite_error & 0xff) {
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED: return "another program holds it: try again when that is done";
+    case SQLITE_NOTADB:
+    case SQLITE_CORRUPT: return "the file is damaged: put back a copy, or export what periplus model list still reads and move it away";
+    default: return "see that its disk is writable and not full, or that the file is undamaged (periplus model verify)";
+  }
+}
+
 // A prepared statement; binds from 1 on.
 class Statement {
  public:
@@ -56,8 +67,7 @@ class Statement {
  private:
   void check(bool good) const {
     require(good, ErrorCode::model_store,
-            std::string("the knowledge database refused: ") + sqlite3_errmsg(db_) +
-                "; see that its disk is writable and not full, or that the file is undamaged (periplus model verify)");
+            std::string("the knowledge database refused: ") + sqlite3_errmsg(db_) + "; " + way_out(sqlite3_errcode(db_)));
   }
   sqlite3* db_;
   sqlite3_stmt* statement_ = nullptr;

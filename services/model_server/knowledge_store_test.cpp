@@ -224,7 +224,15 @@ TEST_F(KnowledgeStoreTest, WhatVersion1WroteIsBroughtToThisForm) {
 TEST_F(KnowledgeStoreTest, WhatIsNotADatabaseIsRefused) {
   fs::create_directories(folder);
   std::ofstream(folder + "/knowledge.sqlite") << std::string(5000, 'x');
-  EXPECT_THROW(KnowledgeStore{folder}, Error);
+  for (const auto access : {KnowledgeStore::Access::write, KnowledgeStore::Access::read}) {
+    try {
+      const KnowledgeStore store(folder, access);
+      FAIL() << "text is taken for a database";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::model_store);
+      EXPECT_NE(std::string(e.what()).find("the file is damaged"), std::string::npos) << e.what();
+    }
+  }
   EXPECT_THROW(KnowledgeStore{"/proc/nowhere"}, Error);
 }
 
