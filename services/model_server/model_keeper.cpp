@@ -105,11 +105,14 @@ object_model::Integration ModelKeeper::integrate(const std::string& object_id, c
   const Model old = find(object_id);
   if (const auto before = old->view(view_id)) return before->result;
   fault_point("keeper.asked");
+  const object_model::Surroundings around = surroundings();
+  // Carved with other solids, it could never be carved again from its views.
+  require(old->state().imported || old->state().environment_revision == around.revision, ErrorCode::model_object_differs,
+          "object " + object_id + " was begun in another environment; set that one to integrate views of it, or ask with reset to begin it anew");
   require(perception != nullptr && perception->view_id == view_id, ErrorCode::model_perception_not_here,
           "the perception of view " + view_id + " is not here; have vision/process publish it again");
   auto next = std::make_shared<object_model::ObjectModel>(*old);
   fault_point("keeper.copied");
-  const object_model::Surroundings around = surroundings();
   next->integrate(*perception, around, settings_);
   note(*next, kIntegrated, view_id);
   fault_point("keeper.integrated");

@@ -52,7 +52,8 @@ class ModelKeeper {
   bool has_view(const std::string& object_id, const std::string& view_id) const;
   // Integrates and stores one view; where the object proves larger than its box, the box grows in the same transaction. The answer for a
   // view that is there already is the one of when it was carved last; `perception` may then be null. Throws Error(model_object_unknown),
-  // Error(model_environment_missing), Error(model_store) and what ObjectModel::integrate throws; the model is then as before.
+  // Error(model_environment_missing), Error(model_object_differs) where the object was begun in another environment, Error(model_store) and
+  // what ObjectModel::integrate throws; the model is then as before.
   object_model::Integration integrate(const std::string& object_id, const std::string& view_id,
                                       const object_model::Perception* perception);
 

@@ -91,6 +91,7 @@ TEST_F(ModelKeeperTest, RefusalsCarryTheirCodes) {
   EXPECT_EQ(code_of([&] { keeper.begin("ball", box, 0.02, false); }), ErrorCode::model_object_differs);
   keeper.set_environment(room("r2"));
   EXPECT_EQ(code_of([&] { keeper.begin("ball", box, 0.025, false); }), ErrorCode::model_object_differs);
+  keeper.set_environment(room());
   EXPECT_EQ(code_of([&] { keeper.integrate("ball", "v", nullptr); }), ErrorCode::model_perception_not_here);
   auto bad = view(0);
   bad.depth.clear();
@@ -221,19 +222,19 @@ TEST_F(ModelKeeperTest, ALookThatOthersRefuteCarvesItselfAlone) {
   EXPECT_EQ(look("third", 1, true), 1 + 1);
 }
 
-// Views go on being integrated; only the box that the object was begun in stays.
-TEST_F(ModelKeeperTest, ABoxDoesNotGrowInAnotherEnvironment) {
+// Or the object would be carved with solids that are not those of the environment that it is kept with.
+TEST_F(ModelKeeperTest, AViewIsNotIntegratedInAnotherEnvironment) {
   ModelKeeper keeper(folder, {});
   keeper.set_environment(room());
-  const object_model::ObjectBox tight = box_around({}, 0.2);
-  keeper.begin("ball", tight, 0.025, false);
-  KnownTexts other = room();
-  other.revision = "another";
-  keeper.set_environment(other);
-  const auto p = view(0);
-  EXPECT_EQ(code_of([&] { keeper.integrate("ball", p.view_id, &p); }), ErrorCode::ok);
-  EXPECT_TRUE(keeper.has_view("ball", p.view_id));
-  EXPECT_TRUE(object_model::same_box(keeper.model("ball")->state().box, tight));
+  keeper.begin("ball", box, 0.025, false);
+  const auto p0 = view(0), p1 = view(1);
+  const auto first = keeper.integrate("ball", p0.view_id, &p0);
+  keeper.set_environment(room("r2"));
+  EXPECT_EQ(code_of([&] { keeper.integrate("ball", p1.view_id, &p1); }), ErrorCode::model_object_differs);
+  EXPECT_FALSE(keeper.has_view("ball", p1.view_id));
+  EXPECT_EQ(keeper.integrate("ball", p0.view_id, nullptr), first);  // answered as before
+  keeper.set_environment(room());
+  EXPECT_EQ(keeper.integrate("ball", p1.view_id, &p1).revision, 2u);
 }
 
 TEST_F(ModelKeeperTest, ViewsGetBetterPosesAndAreTakenOut) {
