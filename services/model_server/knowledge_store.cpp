@@ -227,13 +227,14 @@ struct KnowledgeStore::Impl {
         if (e.code() == ErrorCode::model_store) throw;
       }
     }
-    if (const auto texts = environment()) put(*texts);
+    if (const auto kept = environment()) put(kept->first);
   }
 
-  std::optional<EnvironmentTexts> environment() const {
-    Statement statement(db, "SELECT scene_id, scene_yaml, robot_yaml, robot_urdf FROM environment");
+  // As it stands there, and its checksum.
+  std::optional<std::pair<EnvironmentTexts, std::string>> environment() const {
+    Statement statement(db, "SELECT scene_id, scene_yaml, robot_yaml, robot_urdf, sha256 FROM environment");
     if (!statement.step()) return std::nullopt;
-    return EnvironmentTexts{statement.bytes(0), statement.bytes(1), statement.bytes(2), statement.bytes(3)};
+    return std::pair{EnvironmentTexts{statement.bytes(0), statement.bytes(1), statement.bytes(2), statement.bytes(3)}, statement.bytes(4)};
   }
   void put(const EnvironmentTexts& texts) {
     Statement(db, "INSERT OR REPLACE INTO environment (one, scene_id, scene_yaml, robot_yaml, robot_urdf, sha256) VALUES (1, ?, ?, ?, ?, ?)")
@@ -244,12 +245,6 @@ struct KnowledgeStore::Impl {
         .text(sum_of(texts))
         .step();
   }
-  void check_environment() const {
-    Statement statement(db, "SELECT sha256 FROM environment");
-    if (!statement.step()) return;
-    require(statement.bytes(0) == sum_of(*environment()), ErrorCode::model_store, "the environment is damaged: the checksum does not fit; set it again");
-  }
-
   std::int64_t schema(const std::string& path) const {
     Statement version(db, "PRAGMA user_version");
     version.step();
@@ -301,12 +296,19 @@ KnowledgeStore::KnowledgeStore(const std::string& folder, Access access) : impl_
 KnowledgeStore::~KnowledgeStore() = default;
 
 void KnowledgeStore::put_environment(const EnvironmentTexts& texts) {
+  if (impl_->environment() == std::pair{texts, sum_of(texts)}) return;
   Transaction transaction(impl_->db);
   impl_->put(texts);
   transaction.commit();
 }
 
-std::optional<EnvironmentTexts> KnowledgeStore::environment() const { return impl_->environment(); }
+std::optional<EnvironmentTexts> KnowledgeStore::environment() const {
+  auto kept = impl_->environment();
+  if (!kept) return std::nullopt;
+  require(kept->second == sum_of(kept->first), ErrorCode::model_store,
+          "the environment is damaged: the checksum does not fit; set it again (model/set_environment, or periplus run)");
+  return std::move(kept->first);
+}
 
 void KnowledgeStore::put_model(const object_model::ObjectModel& model) {
   Transaction transaction(impl_->db);
@@ -371,7 +373,7 @@ std::vector<std::string> KnowledgeStore::verify() const {
       if (const std::string line = check.bytes(0); line != "ok") damaged.push_back("the file's structure: " + line);
     }
   });
-  attempt([&] { impl_->check_environment(); });
+  attempt([&] { environment(); });
   attempt([&] {
     Statement lost(impl_->db, "SELECT DISTINCT object_id FROM views WHERE object_id NOT IN (SELECT object_id FROM objects)");
     while (lost.step()) damaged.push_back("views of an object that is not there: " + lost.bytes(0));

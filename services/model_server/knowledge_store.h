@@ -27,7 +27,9 @@ class KnowledgeStore {
   explicit KnowledgeStore(const std::string& folder, Access access = Access::write);
   ~KnowledgeStore();
 
+  // Writes nothing where it is kept so already.
   void put_environment(const EnvironmentTexts& texts);
+  // Nothing if there is none; throws Error(model_store) if it is damaged.
   std::optional<EnvironmentTexts> environment() const;
 
   // A model as it stands, in place of whatever went by its id.

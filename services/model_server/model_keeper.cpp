@@ -43,7 +43,7 @@ void ModelKeeper::set_environment(const KnownTexts& environment) {
   require(environment.scene && environment.collision, ErrorCode::internal, "an environment comes with its scene");
   auto occluders = object_model::occluders_of(*environment.scene);
   std::lock_guard lock(mutex_);
-  if (store_.environment() != environment.texts) store_.put_environment(environment.texts);
+  store_.put_environment(environment.texts);
   environment_ = environment;
   occluders_ = std::move(occluders);
 }

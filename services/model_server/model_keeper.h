@@ -37,7 +37,7 @@ class ModelKeeper {
   // Takes up the models of the store. Its environment comes with set_environment(), parsed by the caller.
   ModelKeeper(const std::string& store_folder, const object_model::CarvingSettings& settings, const object_model::GrowthSettings& growth = {});
 
-  // As the store has it, if it has one.
+  // As the store has it, if it has one. Throws Error(model_store) if it is damaged.
   std::optional<EnvironmentTexts> stored_environment() const;
   void set_environment(const KnownTexts& environment);
   // Throws Error(model_environment_missing) before the first set_environment().

@@ -150,6 +150,20 @@ TEST_F(ModelKeeperTest, ADamagedObjectIsNotReplacedUnasked) {
   EXPECT_TRUE(KnowledgeStore(folder, KnowledgeStore::Access::read).verify().empty());
 }
 
+TEST_F(ModelKeeperTest, ADamagedEnvironmentIsNotTakenUpAndIsSetAgain) {
+  ModelKeeper(folder, {}).set_environment(room());
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open((folder + "/knowledge.sqlite").c_str(), &db), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(db, "UPDATE environment SET scene_yaml = 'scene r2'", nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(db);
+  ModelKeeper keeper(folder, {});
+  EXPECT_EQ(code_of([&] { keeper.stored_environment(); }), ErrorCode::model_store);
+  EXPECT_EQ(code_of([&] { keeper.begin("ball", box, 0.025, false); }), ErrorCode::model_environment_missing);
+  keeper.set_environment(room());
+  EXPECT_EQ(keeper.stored_environment(), room().texts);
+  EXPECT_TRUE(KnowledgeStore(folder, KnowledgeStore::Access::read).verify().empty());
+}
+
 TEST_F(ModelKeeperTest, ABoxGrowsWithItsObject) {
   const object_model::ObjectBox tight = box_around({}, 0.2);
   const auto look = [&](ModelKeeper& keeper, int n) {

@@ -92,13 +92,13 @@ struct ModelServerService::Impl {
 
   // What a killed server knew, for those who still need it.
   void resume() {
-    if (const auto texts = keeper.stored_environment()) {
-      try {
+    try {
+      if (const auto texts = keeper.stored_environment()) {
         keeper.set_environment(known(wire::environment_to_wire(*texts)));
         publish_environment();
-      } catch (const Error& e) {
-        log::warn("the stored environment cannot be used; send it again", {{"reason", e.what()}});
       }
+    } catch (const Error& e) {
+      log::warn("the stored environment cannot be used; send it again", {{"reason", e.what()}});
     }
     for (const auto& model : keeper.models()) {
       publish(model->state().object_id);
