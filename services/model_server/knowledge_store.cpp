@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "common/core/error.h"
 #include "common/core/fault_point.h"
@@ -17,6 +18,8 @@ namespace periplus::model {
 namespace {
 
 constexpr int kSchema = 2;  // 1: no checksums
+constexpr int kMostSchemas = 9999;  // beyond, the number itself is damaged
+constexpr const char* kDamaged = "the file is damaged: put back a copy, or export what periplus model list still reads and move it away";
 
 // What a person may do about it.
 const char* way_out(int sqlite_error) {
@@ -24,7 +27,7 @@ const char* way_out(int sqlite_error) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED: return "another program holds it: try again when that is done";
     case SQLITE_NOTADB:
-    case SQLITE_CORRUPT: return "the file is damaged: put back a copy, or export what periplus model list still reads and move it away";
+    case SQLITE_CORRUPT: return kDamaged;
     default: return "see that its disk is writable and not full, or that the file is undamaged (periplus model verify)";
   }
 }
@@ -66,8 +69,11 @@ class Statement {
 
  private:
   void check(bool good) const {
-    require(good, ErrorCode::model_store,
-            std::string("the knowledge database refused: ") + sqlite3_errmsg(db_) + "; " + way_out(sqlite3_errcode(db_)));
+    if (good) return;
+    const int error = sqlite3_errcode(db_);
+    const std::string message = std::string("the knowledge database refused: ") + sqlite3_errmsg(db_) + "; " + way_out(error);
+    if (const int kind = error & 0xff; kind == SQLITE_NOTADB || kind == SQLITE_CORRUPT) throw DamagedDatabase(message);
+    throw_error(ErrorCode::model_store, message);
   }
   sqlite3* db_;
   sqlite3_stmt* statement_ = nullptr;
@@ -249,7 +255,8 @@ struct KnowledgeStore::Impl {
     Statement version(db, "PRAGMA user_version");
     version.step();
     const auto found = version.integer(0);
-    require(found >= 0 && found <= kSchema, ErrorCode::model_store,
+    if (found < 0 || found > kMostSchemas) throw DamagedDatabase(path + " gives no version (schema " + std::to_string(found) + "); " + kDamaged);
+    require(found <= kSchema, ErrorCode::model_store,
             path + " was written by a newer version of Periplus (schema " + std::to_string(found) + "); move it away or set another store_folder");
     return found;
   }
@@ -372,6 +379,12 @@ std::vector<std::string> KnowledgeStore::verify() const {
     while (check.step()) {
       if (const std::string line = check.bytes(0); line != "ok") damaged.push_back("the file's structure: " + line);
     }
+  });
+  attempt([&] {
+    // SQLite reads what claims a later format, and writes nothing to it.
+    char header[20] = {};
+    std::ifstream(sqlite3_db_filename(impl_->db, "main"), std::ios::binary).read(header, sizeof header);
+    if (const int format = static_cast<unsigned char>(header[18]); format > 2) throw DamagedDatabase("the file's header: a format of version " + std::to_string(format) + "; " + kDamaged);
   });
   attempt([&] { environment(); });
   attempt([&] {

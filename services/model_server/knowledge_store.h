@@ -12,12 +12,19 @@
 #include <string>
 #include <vector>
 
+#include "common/core/error.h"
 #include "common/object_model/object_model.h"
 #include "common/scene/environment_texts.h"
 
 namespace periplus::model {
 
 using scene::EnvironmentTexts;
+
+// Error(model_store) of a database of which nothing can be read any more.
+class DamagedDatabase : public Error {
+ public:
+  explicit DamagedDatabase(const std::string& message) : Error(ErrorCode::model_store, message) {}
+};
 
 class KnowledgeStore {
  public:

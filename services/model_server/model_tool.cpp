@@ -1,5 +1,6 @@
 // `periplus model`: the knowledge database, without DDS. README.md, "On the database".
 #include <CLI/CLI.hpp>
+#include <cctype>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -127,7 +128,9 @@ void check_name(const std::string& id) {
 
 int import_file(const Options& o) {
   const std::filesystem::path path = o.file;
-  const std::string extension = path.extension().string(), id = o.name.empty() ? path.stem().string() : o.name;
+  const std::string id = o.name.empty() ? path.stem().string() : o.name;
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (extension != ".periplus" || !o.name.empty()) check_name(id);
   const std::string data = read_file(o.file);
   ObjectModel m = [&] {
@@ -254,6 +257,9 @@ int main(int argc, char** argv) {
     return status;
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 2;
+  } catch (const DamagedDatabase& e) {
+    std::cerr << "periplus model: damaged: " << e.what() << std::endl;
+    return 1;
   } catch (const Error& e) {
     std::cerr << "periplus model: " << e.what() << std::endl;
     return e.code() == ErrorCode::internal ? 1 : 2;

@@ -99,6 +99,9 @@ TEST_F(ModelProgram, WhatGoesOutComesBackIn) {
   EXPECT_EQ(run("digest", "copy").out, digest_ + "  copy\n");
   EXPECT_EQ(run("import", file("ball.bt") + " --name tree").status, 0);
   EXPECT_EQ(run("import", file("ball.pcd") + " --name cloud --voxel 0.025").status, 0);
+  fs::copy_file(file("ball.bt"), file("OLD.BT"));
+  EXPECT_EQ(run("import", "OLD.BT").status, 0);
+  EXPECT_EQ(run("delete", "OLD --yes").status, 0);
   refused(run("digest"), "which object?");
   refused(run("import", file("ball.ply")), ".periplus, .bt or .pcd");
   refused(run("import", file("ball.pcd") + " --name no/name"), "--name");
@@ -166,6 +169,20 @@ TEST_F(ModelProgram, VerifiesAndCarvesAgain) {
   EXPECT_EQ(damaged.status, 1) << damaged.out << damaged.err;
   EXPECT_NE(damaged.out.find("damaged: "), std::string::npos);
   EXPECT_EQ(run("list").status, 1);
+}
+
+TEST_F(ModelProgram, ADamagedHeaderIsDamage) {
+  const std::string database = store() + "/knowledge.sqlite", whole = read_file(database);
+  for (const std::size_t at : {0u, 16u, 18u, 19u, 28u, 60u, 61u}) {  // name, size of a page, two versions, size in pages, our own version
+    for (const char mask : {'\x01', '\x55', '\xff'}) {
+      std::string bytes = whole;
+      bytes[at] = static_cast<char>(bytes[at] ^ mask);
+      std::ofstream(database, std::ios::binary) << bytes;
+      const Answer r = run("verify");
+      EXPECT_EQ(r.status, 1) << at << " " << int{mask} << r.out << r.err;
+      EXPECT_NE((r.out + r.err).find("damaged"), std::string::npos) << at << r.out << r.err;
+    }
+  }
 }
 
 TEST_F(ModelProgram, DeletesOnlyWhatIsMeant) {
