@@ -124,6 +124,9 @@ int calibrate(const Options& o, bool square_given) {
   done.files.push_back((folder / "report.json").string());
   files.emplace_back("report.json", report_json(done));
   write_files(o.output, files);
+  std::error_code problem;
+  if (const auto before = folder / "view-camera.yaml"; !done.metric && std::filesystem::exists(before, problem))
+    std::cerr << "periplus calibrate: " << before.string() << " is of an earlier calibration: calibrate with --square to have it written again, or remove it" << std::endl;
   std::cout << (o.json ? report_json(done) : report_text(done)) << std::flush;
   return 0;
 }

@@ -102,6 +102,12 @@ TEST_F(CalibrateProgram, CalibratesOneCameraAndSaysItForAPerson) {
   for (const char* word : {"left01.jpg", "left14.jpg", "worst", "fx 5", "lengths are in squares", "camera.yaml", "worst.png"}) EXPECT_NE(r.out.find(word), std::string::npos) << word << r.out;
   EXPECT_TRUE(fs::exists(file("out/camera.yaml")));
   EXPECT_FALSE(fs::exists(file("out/view-camera.yaml")));  // no metres
+  EXPECT_EQ(r.err, "");
+  std::ofstream(file("out/view-camera.yaml")) << "of another day";
+  const Answer again = run("'" + file("left") + "/left*.jpg' --board 9x6 -o " + file("out"));
+  EXPECT_EQ(again.status, 0);
+  EXPECT_NE(again.err.find("view-camera.yaml is of an earlier calibration"), std::string::npos) << again.err;
+  EXPECT_EQ(read_file(file("out/view-camera.yaml")), "of another day");
 }
 
 TEST_F(CalibrateProgram, RefusesWhatWouldSpoilItNamingTheImageAndWhy) {

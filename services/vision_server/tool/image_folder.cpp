@@ -33,19 +33,28 @@ long big_endian(std::string_view b, std::size_t at, int bytes) {
   return value;
 }
 
-// A start of frame says the size; segments before it are stepped over.
+constexpr const char* kCutShort = "the file is cut short; copy it again";
+
+// A start of frame says the size; the other segments before the first scan are stepped over, previews in them too. From the scan on only
+// the end of the image is 0xffd9, whatever a camera put behind it.
 std::optional<Size> jpeg_size(std::string_view b) {
-  for (std::size_t at = 2; at + 9 < b.size();) {
+  std::optional<Size> size;
+  std::size_t at = 2;
+  while (at + 4 <= b.size()) {
     if (byte(b, at) != 0xff) return std::nullopt;
     const unsigned marker = byte(b, at + 1);
     if (marker == 0xff) {
       ++at;
       continue;
     }
-    if (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc) return Size{big_endian(b, at + 7, 2), big_endian(b, at + 5, 2)};
+    if (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc && at + 9 <= b.size()) size = Size{big_endian(b, at + 7, 2), big_endian(b, at + 5, 2)};
+    if (marker == 0xda) {
+      require(b.find("\xff\xd9", at) != std::string_view::npos, ErrorCode::bad_input, kCutShort);
+      return size;
+    }
     at += 2 + static_cast<std::size_t>(big_endian(b, at + 2, 2));
   }
-  return std::nullopt;
+  throw_error(ErrorCode::bad_input, kCutShort);
 }
 
 std::optional<Size> pnm_size(std::string_view b) {
@@ -61,18 +70,12 @@ std::optional<Size> pnm_size(std::string_view b) {
 
 // What the header promises, without decoding; nothing for another format.
 std::optional<Size> promised_size(std::string_view b) {
-  const std::string_view end = b.substr(b.size() - std::min<std::size_t>(b.size(), 4096));
-  const auto whole = [&](std::string_view mark) {
-    require(end.find(mark) != std::string_view::npos, ErrorCode::bad_input, "the file is cut short; copy it again");
-  };
   if (b.size() > 32 && b.starts_with("\x89PNG\r\n\x1a\n")) {
-    whole("IEND");
+    const std::string_view end = b.substr(b.size() - std::min<std::size_t>(b.size(), 4096));
+    require(end.find("IEND") != std::string_view::npos, ErrorCode::bad_input, kCutShort);
     return Size{big_endian(b, 16, 4), big_endian(b, 20, 4)};
   }
-  if (b.starts_with("\xff\xd8\xff")) {
-    whole("\xff\xd9");
-    return jpeg_size(b);
-  }
+  if (b.starts_with("\xff\xd8\xff")) return jpeg_size(b);
   if (b.size() > 32 && b.starts_with("BM")) {
     const auto little = [&](std::size_t at) { return static_cast<long>(byte(b, at) | byte(b, at + 1) << 8 | byte(b, at + 2) << 16) + (byte(b, at + 3) ? kLargestSide + 1 : 0); };
     // A negative height: rows from the top.

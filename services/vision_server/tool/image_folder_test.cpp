@@ -67,6 +67,17 @@ TEST_F(ImageFolder, ReadsABitmapFromTheTop) {
   EXPECT_EQ(image.height, 90);
 }
 
+// Phones put a film behind a picture, and previews that end like a picture before it.
+TEST_F(ImageFolder, ReadsAJpegWithMoreBehindAndBeforeIt) {
+  const std::string jpg = encoded(".jpg");
+  EXPECT_EQ(load_grey(write("film.jpg", jpg + std::string(100000, 'f'))).width, 120);
+  const std::string preview = encoded(".jpg", 16, 16), length{static_cast<char>((preview.size() + 2) >> 8), static_cast<char>((preview.size() + 2) & 0xff)};
+  const std::string with = jpg.substr(0, 2) + "\xff\xe1" + length + preview + jpg.substr(2);
+  EXPECT_EQ(load_grey(write("preview.jpg", with)).width, 120);
+  const std::string why = refusal([&] { load_grey(write("cut.jpg", with.substr(0, preview.size() + 1500))); });
+  EXPECT_NE(why.find("cut short"), std::string::npos) << why;
+}
+
 TEST_F(ImageFolder, EveryFileIsHostileUntilChecked) {
   const std::string png = encoded(".png"), jpg = encoded(".jpg");
   std::string huge = png, wrong = png;
