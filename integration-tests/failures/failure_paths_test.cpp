@@ -283,6 +283,21 @@ TEST_F(FailurePath, ATaskThatAServiceRefusesIsBadInput) {
   EXPECT_EQ(end.trace(), "prepare bad_input");
 }
 
+TEST_F(FailurePath, AnObjectThatWasBegunOtherwiseIsBegunAnew) {
+  run.services.fail("model/begin", ErrorCode::model_object_differs, "begun with another box", 1, 1);
+  expect_end(run.run(), 0, "");
+  EXPECT_EQ(run.services.resets(), std::vector({false, true}));
+}
+
+// Its views may be saved yet.
+TEST_F(FailurePath, AStoredObjectThatCannotBeReadIsNotReplaced) {
+  run.services.fail("model/begin", ErrorCode::model_store, "object thing: its state is damaged", 1, 1);
+  const RunEnd end = run.run();
+  expect_end(end, 5, "model_store: object thing: its state is damaged");
+  EXPECT_EQ(end.trace(), "prepare service_lost");
+  EXPECT_EQ(run.services.resets(), std::vector({false}));
+}
+
 TEST_F(FailurePath, AnObjectThatTheModelDoesNotKnowEnds) {
   run.services.fail("model/integrate", ErrorCode::model_object_unknown, "there is no object thing");
   const RunEnd end = run.run();

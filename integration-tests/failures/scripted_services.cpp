@@ -73,6 +73,7 @@ struct ScriptedServices::Impl {
   template <class Request>
   void note(const Request&) {}
   void note(const msg::SetPostureRequest& q) { postures.push_back(q.configuration()); }
+  void note(const msg::BeginRequest& q) { resets.push_back(q.reset()); }
   void note(const msg::PlanViewRequest& q) {
     std::vector<Pose> poses;
     for (const msg::Pose& X : q.forbidden()) poses.push_back(wire::from_wire(X));
@@ -148,6 +149,7 @@ struct ScriptedServices::Impl {
   msg::RobotStateReply place;
   std::set<std::string> environment_revisions;
   std::vector<std::vector<double>> postures;
+  std::vector<bool> resets;
   std::vector<double> reached;
   std::vector<std::vector<Pose>> forbidden;
   std::vector<Pose> planned;
@@ -322,6 +324,11 @@ std::set<std::string> ScriptedServices::environment_revisions() const {
 std::vector<std::vector<double>> ScriptedServices::postures() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->postures;
+}
+
+std::vector<bool> ScriptedServices::resets() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->resets;
 }
 
 std::vector<double> ScriptedServices::walk_end() const {

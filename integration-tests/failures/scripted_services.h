@@ -39,6 +39,8 @@ class ScriptedServices {
   std::set<std::string> environment_revisions() const;
   // What motion/set_posture was asked for, in that order.
   std::vector<std::vector<double>> postures() const;
+  // Whether each model/begin asked to begin anew.
+  std::vector<bool> resets() const;
   // Where the last walk left the robot.
   std::vector<double> walk_end() const;
   // Forbidden poses that each nbv/plan carried; poses that it answered.

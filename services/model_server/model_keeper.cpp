@@ -78,12 +78,13 @@ ModelKeeper::Model ModelKeeper::begin(const std::string& object_id, const object
             "object " + object_id + " was begun with another box, voxel size or environment; ask with reset to begin it anew");
     // Counting goes on, so that no reader takes the new grid for an old one.
     revision = old.grid.revision + 1;
+    log::info("the object is begun anew, in place of the one before", {{"object", object_id}, {"views", std::to_string(old.views.size())}});
   } else if (!reset) {
     // One that is stored and cannot be read may be saved yet, by hand or by a newer version.
     try {
       store_.model(object_id);
     } catch (const Error& e) {
-      throw_error(ErrorCode::model_store, std::string(e.what()) + "; ask with reset to begin it anew in its place");
+      throw_error(ErrorCode::model_store, std::string(e.what()) + "; choose another name, delete it (periplus model delete), or ask with reset to begin it anew in its place");
     }
   }
   auto model = std::make_shared<object_model::ObjectModel>(object_id, box, voxel_size, around, revision);

@@ -284,6 +284,13 @@ Outcome ModelingActions::Impl::prepare() {
   request.object_id(task.object_id);
   request.box(wire::to_wire(task.box));
   request.voxel_m(task.voxel_m);
+  // A run begins its object anew, in place of the one before. Not in place of one that cannot be read, whose views may be saved yet: asked
+  // without `reset`, the model server refuses that.
+  try {
+    call(begin, "model/begin", request, reply, settings.request_deadline_s);
+  } catch (const Error& e) {
+    if (e.code() != ErrorCode::model_object_differs) throw;
+  }
   request.reset(true);
   call(begin, "model/begin", request, reply, settings.request_deadline_s);
   revision = reply.revision();
