@@ -102,7 +102,7 @@ ObjectAssembler::Whole ObjectAssembler::take(const msg::ObjectChunk& m) {
   const Place place(content.part, m.index());
   std::deque<Version>& versions = object.chunks[place];
   const bool in_whole = names(object.whole.message, place, m.digest());
-  if (in_whole && versions.empty()) return {};  // as it is already
+  if (in_whole && versions.empty() && object.waiting.empty()) return {};  // as it is already, and stays
   const auto same = std::find_if(versions.begin(), versions.end(), [&](const Version& v) { return v.digest == m.digest(); });
   if (same != versions.end()) {
     std::rotate(same, same + 1, versions.end());

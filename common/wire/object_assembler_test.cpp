@@ -210,6 +210,23 @@ TEST(ObjectAssembler, WhatWasBeyondTheEndComesAgain) {
   }
 }
 
+// What is published again of a whole revision is kept while another one waits: that one, of fewer chunks, may take its place before the rest is here.
+TEST(ObjectAssembler, AnOlderRevisionThatBecomesWholeMeanwhileTakesNothingFromTheNewest) {
+  const voxel::OccupancyGrid first = random_grid({80, 60, 60}, 1, 1), small = random_grid({64, 60, 60}, 2, 2);
+  voxel::OccupancyGrid third = first;
+  third.revision = 3;
+  write_chunk(read_chunk(small, 0), 0, third);
+  ObjectAssembler assembler;
+  ASSERT_EQ(take(assembler, samples(ObjectSplitter().split("bunny", first))).size(), 1u);
+  ASSERT_TRUE(take(assembler, {ObjectSplitter().split("bunny", small).revision}).empty());  // its chunk is lost
+  const ObjectOnWire newest = ObjectSplitter().split("bunny", third);
+  ASSERT_EQ(newest.chunks.size(), 2u);
+  const Objects objects = take(assembler, {newest.chunks[1], newest.chunks[0], newest.revision});
+  ASSERT_EQ(objects.size(), 2u);
+  EXPECT_TRUE(testing::same_voxels(*objects[0]->grid, small));
+  EXPECT_TRUE(testing::same_voxels(*objects[1]->grid, third));
+}
+
 TEST(ObjectAssembler, WhatAWholeRevisionReplacedIsNotKept) {
   voxel::OccupancyGrid grid = random_grid({140, 66, 82}, 1, 1);
   ObjectSplitter splitter;
