@@ -152,10 +152,12 @@ std::string ViewCollector::missing(std::int64_t stamp_ns, Moment triggered) cons
   check(p.left, "left image" + left_.instead(stamp_ns, sent));
   check(p.right, "right image" + right_.instead(stamp_ns, sent));
   if (p.torn > 0) text = "left and right image of one exposure (they are " + seconds(p.torn) + " apart; have both cameras triggered together)";
-  check(p.left_calibration, "left camera info");
-  check(p.right_calibration, "right camera info");
-  check(p.joints, "joint states");
-  check(p.X_WB, "base pose");
+  check(p.left_calibration, "left camera info" + left_calibration_.instead(stamp_ns, sent));
+  check(p.right_calibration, "right camera info" + right_calibration_.instead(stamp_ns, sent));
+  // Hours or days here mean that the clocks of the cameras' host and the robot's are not the same.
+  const auto streamed = tolerance_ns_ == 0 ? sent : 0;
+  check(p.joints, "joint states" + joints_.instead(stamp_ns, streamed));
+  check(p.X_WB, "base pose" + base_pose_.instead(stamp_ns, streamed));
   return text;
 }
 

@@ -62,8 +62,8 @@ class ViewCollector {
   Moment now() const;
   // Waits until the view of this stamp is complete with what came after `triggered`; nothing if it is not in time.
   std::optional<CapturedView> wait(std::int64_t stamp_ns, Moment triggered, std::chrono::milliseconds timeout);
-  // Names of what is missing for that stamp: "right image, base pose"; of images, how stale those are that came instead, or how
-  // far apart the two were taken.
+  // Names of what is missing for that stamp: "right image, base pose"; how stale those are that came instead, or how far apart the
+  // two images were taken.
   std::string missing(std::int64_t stamp_ns, Moment triggered) const;
   // The last fault since clear_faults(); empty if none.
   std::string fault() const;

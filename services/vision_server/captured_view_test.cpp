@@ -166,13 +166,28 @@ TEST(ViewCollector, AnotherRunOfTheCamerasIsNotTheOneThatWasAsked) {
   EXPECT_EQ(c.wait(50, triggered, 1ms)->right.at(0, 0), 2);
 }
 
+// The cameras' host an hour before the robot's: which clock, and by how much, is for a person to see.
+TEST(ViewCollector, WhatTheRobotSaysByAnotherClockThanTheCamerasIsToldAsSuch) {
+  ViewCollector c(5 * kMillisecond);
+  const std::int64_t image = 1000 * kMillisecond, hour = 3'600'000;
+  const auto triggered = c.now();
+  stream(c, hour + 1000, hour + 1105, 0);
+  add_pictures(c, image);
+  EXPECT_FALSE(c.wait(image, triggered, 1ms));
+  EXPECT_EQ(c.missing(image, triggered),
+            "joint states (the nearest that came is 3600 s newer), base pose (the nearest that came is 3600 s newer)");
+  for (const Part eye : {Part::left, Part::right}) c.add_image(eye, image + 1000 * kMillisecond, ImageU8(1, 1));
+  EXPECT_EQ(c.missing(image + 1000 * kMillisecond, triggered).substr(0, 51), "left camera info (the nearest that came is 1 s olde");
+}
+
 TEST(ViewCollector, JointsFromBeforeTheClockWentBackAreForgotten) {
   ViewCollector c(5 * kMillisecond);
   stream(c, 0, 4000, 0.1);
   const auto triggered = c.now();
   stream(c, 0, 100, 0.2);
   add_pictures(c, 3000 * kMillisecond);
-  EXPECT_EQ(c.missing(3000 * kMillisecond, triggered), "joint states, base pose");
+  EXPECT_EQ(c.missing(3000 * kMillisecond, triggered),
+            "joint states (the nearest that came is 2.905 s older), base pose (the nearest that came is 2.905 s older)");
   add_pictures(c, 50 * kMillisecond);
   ASSERT_TRUE(c.wait(50 * kMillisecond, triggered, 1ms));
   EXPECT_EQ(c.wait(50 * kMillisecond, triggered, 1ms)->joints.at(0).second, 0.2);

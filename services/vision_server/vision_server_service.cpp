@@ -141,7 +141,7 @@ struct VisionServerService::Impl {
       require(fault.empty(), ErrorCode::vision_image_bad, fault);
       throw_error(ErrorCode::vision_images_missing, "asked " + std::to_string(attempts) + " times, but no " + missing +
                                                         " of the stamp of view '" + view_id +
-                                                        "' came; check the camera driver and the network");
+                                                        "' came; check the camera driver, the network and the clocks of their hosts");
     }
     reply.stamp_ns(view->stamp_ns);
     reply.pose_world_camera(wire::to_wire(pose_of(*view)));
