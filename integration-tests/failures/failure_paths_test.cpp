@@ -196,6 +196,16 @@ TEST_F(FailurePath, WhatIsStillMissedEndsTheRun) {
   EXPECT_EQ(run.services.calls("walk/plan"), 2);
 }
 
+// Two model servers, or one that came back with another store: each has but a part of the looks.
+TEST_F(FailurePath, AModelInWhichEarlierLooksAreMissingEndsTheRun) {
+  run.services.model_revision(0, 2);
+  const RunEnd end = run.run();
+  expect_end(end, 5, "revision 1 after 1");
+  EXPECT_NE(end.reason.find("another model server"), std::string::npos) << end.reason;
+  EXPECT_NE(end.reason.find("`periplus status`"), std::string::npos) << end.reason;
+  EXPECT_EQ(end.report.at("looks").size(), 1u);
+}
+
 TEST_F(FailurePath, ARobotThatStandsElsewhereIsBadInput) {
   run.services.stand_in("triceratops", std::string(64, '0'), "");
   const RunEnd end = run.run();

@@ -156,6 +156,7 @@ struct ScriptedServices::Impl {
   std::string object_id;
   msg::Box box;
   std::uint32_t revision = 0;
+  int forgotten_at = 0;
 
   dds::Publisher<RosImage> left, right, wide;
   dds::Publisher<msg::Perception> perceptions;
@@ -177,6 +178,7 @@ void ScriptedServices::Impl::offer_all() {
   offer<msg::BeginRequest, msg::BeginReply>("model/begin", [this](const auto& q, auto& r) {
     object_id = q.object_id().to_string();
     box = q.box();
+    r.revision(revision);
     r.box(box);
     r.counts(counts());
   });
@@ -194,6 +196,7 @@ void ScriptedServices::Impl::offer_all() {
     r.valid_share_in_box(0.9);
   });
   offer<msg::IntegrateRequest, msg::IntegrateReply>("model/integrate", [this](const auto&, auto& r) {
+    if (calls["model/integrate"] == forgotten_at) revision = 0;
     ++revision;
     publish_object();
     r.revision(revision);
@@ -278,6 +281,12 @@ void ScriptedServices::plan_not_a_number() {
 void ScriptedServices::promise(double voxels) {
   const std::lock_guard lock(impl_->mutex);
   impl_->promised = voxels;
+}
+
+void ScriptedServices::model_revision(std::uint32_t known, int forgotten_at) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->revision = known;
+  impl_->forgotten_at = forgotten_at;
 }
 
 void ScriptedServices::stand_in(const std::string& scene_id, const std::string& scene_revision, const std::string& robot_revision) {

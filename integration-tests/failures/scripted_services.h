@@ -29,6 +29,9 @@ class ScriptedServices {
   void promise(double voxels);
   // What robot/state says of where and what the robot is; nothing, until told.
   void stand_in(const std::string& scene_id, const std::string& scene_revision, const std::string& robot_revision);
+  // The object's revision that the model server has from an earlier run, and from which call of model/integrate on it has none of
+  // what it was told before.
+  void model_revision(std::uint32_t known, int forgotten_at = 0);
   // Says by heartbeat that all services but the supervisor are ready.
   void heartbeat();
 

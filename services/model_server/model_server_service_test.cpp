@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <filesystem>
 #include <mutex>
+#include <thread>
 
 #include "common/core/hash.h"
 #include "common/dds/codec_impl.h"
@@ -40,6 +41,16 @@ class Program {
     }
   }
   ~Program() { end(SIGTERM); }
+  // True if it ended by itself, with this exit status.
+  bool ended_with(int wanted) {
+    int status = 0;
+    for (const auto limit = std::chrono::steady_clock::now() + 20s; std::chrono::steady_clock::now() < limit; std::this_thread::sleep_for(20ms))
+      if (::waitpid(pid_, &status, WNOHANG) == pid_) {
+        pid_ = -1;
+        return WIFEXITED(status) && WEXITSTATUS(status) == wanted;
+      }
+    return false;
+  }
   int end(int signal) {
     int status = 0;
     if (pid_ > 0) {
@@ -219,6 +230,31 @@ TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
   EXPECT_EQ(export_model.call(wanted, exported, patient).error_code, static_cast<int>(ErrorCode::bad_input));
   const int status = program->end(SIGTERM);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  std::filesystem::remove_all(store);
+}
+
+// Requests would go to the one or the other, and half of a run's views into each model.
+TEST(ModelServer, ASecondOneOfADomainIsRefusedWhateverItsStore) {
+  const std::string store = ::testing::TempDir() + "model_server_service_test.second." + std::to_string(::getpid());
+  std::filesystem::remove_all(store);
+  const dds::testing::TestDomain domain;
+  dds::NodeOptions options;
+  options.name = "model_server_service_test";
+  options.domain = domain.id();
+  const auto node = dds::Node::create(options);
+  dds::RpcClient<msg::DigestRequest, msg::DigestReply> digest(*node, "model/digest");
+  Program first(store + "/a", domain.id());
+  ASSERT_TRUE(digest.wait_for_server(20s));
+  Program second(store + "/b", domain.id());
+  EXPECT_TRUE(second.ended_with(2));
+  EXPECT_TRUE(digest.wait_for_server(1s));
+  first.end(SIGKILL);
+  Program heir(store + "/b", domain.id());  // the dead one does not stand in its way
+  msg::DigestRequest ask;
+  ask.object_id("ball");
+  msg::DigestReply answer;
+  EXPECT_EQ(digest.call(ask, answer, {.deadline = 20s, .progress = {}, .cancelled = {}, .wait_for_server = 20s}).error_code,
+            static_cast<int>(ErrorCode::model_object_unknown));
   std::filesystem::remove_all(store);
 }
 

@@ -346,6 +346,10 @@ Outcome ModelingActions::Impl::integrate_view() {
   request.object_id(task.object_id);
   request.view_id(view_id());
   call(integrate, "model/integrate", request, reply, settings.request_deadline_s);
+  // Each view is a revision of its own. One that is not newer comes from a model in which earlier looks are missing.
+  require(reply.revision() > revision, ErrorCode::internal,
+          "the model came back with revision " + std::to_string(reply.revision()) + " after " + std::to_string(revision) +
+              ": another model server or an older store has taken the view; leave one on this domain (`periplus status`)");
   revision = reply.revision();
   box = wire::from_wire(reply.box());
   current.counts = counts_of(reply.counts());

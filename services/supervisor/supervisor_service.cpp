@@ -14,11 +14,11 @@
 #include "common/core/log.h"
 #include "common/core/version.h"
 #include "common/dds/codec_impl.h"
+#include "common/service/other_instances.h"
 #include "common/wire/common_wire.h"
 #include "idl/supervisor.h"
 #include "services/supervisor/interruption.h"
 #include "services/supervisor/modeling_actions_service.h"
-#include "services/supervisor/other_supervisors.h"
 
 namespace periplus::supervisor {
 
@@ -51,12 +51,11 @@ void collect_logs(const std::string& from, const std::string& run_folder) {
 
 struct SupervisorService::Impl {
   Impl(service::Service& s, const SupervisorSettings& t)
-      : service(s), settings(t), recording(s.node()), others(s.instance()), events(s.node(), "periplus/supervisor/event", dds::qos_latest(256)) {}
+      : service(s), settings(t), recording(s.node()), events(s.node(), "periplus/supervisor/event", dds::qos_latest(256)) {}
 
   service::Service& service;
   SupervisorSettings settings;
   Recording recording;
-  OtherSupervisors others;
   dds::Publisher<msg::RunEvent> events;
 
   std::mutex mutex;
@@ -88,15 +87,10 @@ struct SupervisorService::Impl {
 SupervisorService::SupervisorService(service::Service& service, const SupervisorSettings& settings) : impl_(std::make_unique<Impl>(service, settings)) {
   Impl& i = *impl_;
   i.statuses = std::make_unique<dds::Subscriber<msg::ServiceStatus>>(service.node(), "periplus/service/status", dds::qos_latest(1), [&i](const msg::ServiceStatus& s) {
-    if (s.service().to_string() == "supervisor") i.others.heard(s.instance().to_string(), s.state());
     std::lock_guard lock(i.mutex);
     if (s.state() < 3) i.vendors[s.service().to_string()] = s.vendor().to_string();
   });
-  service.waiting_for("signs of another supervisor (1.5 s)");
-  service.wait_until_stopped(1500ms);
-  if (const auto other = i.others.stronger())
-    throw_error(ErrorCode::supervisor_busy,
-                "another supervisor (" + *other + ") is already on this domain; stop it with `periplus down`, or choose another domain with PERIPLUS_DOMAIN");
+  service::require_alone(service, "supervisor", ErrorCode::supervisor_busy);
   i.start = service.serve<msg::StartRequest, msg::StartReply>(
       "supervisor/start", [&i](const msg::StartRequest& q, msg::StartReply& r, dds::RpcContext&) { i.begin(q, r); });
   i.abort_rpc = service.serve<msg::AbortRequest, msg::AbortReply>("supervisor/abort", [&i](const msg::AbortRequest& q, msg::AbortReply& r, dds::RpcContext&) {
