@@ -105,6 +105,16 @@ TEST_F(CommandLine, AbortEndsTheRunOfAnotherTerminalAndASecondRunIsRefused) {
   EXPECT_EQ(run.services.calls("motion/halt"), 1);
 }
 
+TEST_F(CommandLine, AnObjectThatWasKnownIsSaidToBeBegunAnew) {
+  run.services.promise(1);
+  Command first(run, "first", {"run", "--attach", task});
+  EXPECT_EQ(first.wait(), 0) << first.said();
+  EXPECT_EQ(first.said().find("begun anew"), std::string::npos) << first.said();
+  Command second(run, "second", {"run", "--attach", task});
+  EXPECT_EQ(second.wait(), 0) << second.said();
+  EXPECT_NE(second.said().find("object thing was known to the model server: it is begun anew"), std::string::npos) << second.said();
+}
+
 TEST_F(CommandLine, ASecondSupervisorIsRefused) {
   ASSERT_TRUE(run.abort("").ok());   // the first one is there
   harness::Program& second = run.bench.start("periplus-supervisor");

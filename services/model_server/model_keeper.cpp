@@ -69,6 +69,7 @@ ModelKeeper::Model ModelKeeper::begin(const std::string& object_id, const object
   std::lock_guard lock(mutex_);
   const object_model::Surroundings around = surroundings();
   std::uint32_t revision = 0;
+  std::string replaced;
   if (const auto it = models_.find(object_id); it != models_.end()) {
     const object_model::ModelState& old = it->second->state();
     const bool alike = object_model::same_box(old.begun_box, box) && std::abs(old.grid.geometry().voxel_size - voxel_size) < 1e-12 &&
@@ -78,7 +79,12 @@ ModelKeeper::Model ModelKeeper::begin(const std::string& object_id, const object
             "object " + object_id + " was begun with another box, voxel size or environment; ask with reset to begin it anew");
     // Counting goes on, so that no reader takes the new grid for an old one.
     revision = old.grid.revision + 1;
-    log::info("the object is begun anew, in place of the one before", {{"object", object_id}, {"views", std::to_string(old.views.size())}});
+    if (!old.views.empty()) {
+      replaced = ", in place of revision " + std::to_string(old.grid.revision) + " of " + std::to_string(old.views.size()) + " views";
+      log::warn("an object is begun anew: what was kept of it goes", {{"object", object_id},
+                                                                    {"revision", std::to_string(old.grid.revision)},
+                                                                    {"views", std::to_string(old.views.size())}});
+    }
   } else if (!reset) {
     // One that is stored and cannot be read may be saved yet, by hand or by a newer version.
     try {
@@ -88,7 +94,7 @@ ModelKeeper::Model ModelKeeper::begin(const std::string& object_id, const object
     }
   }
   auto model = std::make_shared<object_model::ObjectModel>(object_id, box, voxel_size, around, revision);
-  note(*model, kBegun, "environment " + around.revision);
+  note(*model, kBegun, "environment " + around.revision + replaced);
   store_.put_model(*model);
   models_[object_id] = model;
   refuted_.erase(object_id);

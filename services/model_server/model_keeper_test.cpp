@@ -76,6 +76,7 @@ TEST_F(ModelKeeperTest, ResetBeginsAnewWithTheNextRevision) {
   const auto anew = keeper.begin("ball", box, 0.025, true);
   EXPECT_EQ(anew->grid().revision, 2u);
   EXPECT_TRUE(anew->state().views.empty());
+  EXPECT_EQ(anew->state().history.back().detail, "environment r1, in place of revision 1 of 1 views");
   EXPECT_EQ(keeper.integrate("ball", p.view_id, &p).revision, 3u);
 }
 

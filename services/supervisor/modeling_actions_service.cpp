@@ -295,6 +295,13 @@ Outcome ModelingActions::Impl::prepare() {
   call(begin, "model/begin", request, reply, settings.request_deadline_s);
   revision = reply.revision();
   box = wire::from_wire(reply.box());
+  if (revision > 0) {  // counting goes on where an object was known
+    msg::RunEvent event;
+    event.kind("note");
+    event.state("prepare");
+    event.text("object " + task.object_id + " was known to the model server: it is begun anew, the views of earlier runs are kept no longer");
+    publish(event);
+  }
   whiteboard.put("model", {{"object_id", task.object_id}, {"revision", revision}, {"unknown", reply.counts().unknown()}});
   return {};
 }

@@ -78,6 +78,7 @@ std::string RunView::add(const RunEvent& event) {
     if (!state_.empty()) state_ = "record";
     return text;
   }
+  if (event.kind == "note") return "      " + event.text + "\n";
   if (event.kind == "end") {
     ended_ = true;
     return fmt::format("{} ({}){}{}\n", meaning_of(event.exit_status), event.exit_status, event.cause.empty() ? "" : ": ", event.cause);

@@ -13,7 +13,7 @@ namespace periplus::supervisor::cli {
 struct RunEvent {
   std::string run_id;
   std::uint32_t number = 0;
-  std::string kind;                       // state | look | end
+  std::string kind;                       // state | look | note | end
   std::string state, cause;
   std::uint32_t look = 0;
   std::int64_t wall_time_ns = 0;

@@ -53,6 +53,17 @@ TEST(RunView, AStateEnteredAgainIsTold) {
   EXPECT_EQ(view.add(state("generate_posture", 6, "a new look")), "");
 }
 
+TEST(RunView, ANoteIsToldAndChangesNothingElse) {
+  RunView view;
+  view.add(state("prepare", 1));
+  RunEvent note;
+  note.kind = "note";
+  note.state = "prepare";
+  note.text = "object bunny is begun anew";
+  EXPECT_EQ(view.add(note), "      object bunny is begun anew\n");
+  EXPECT_EQ(view.under_way(3 * kSecond), "look 1: prepare 2 s");
+}
+
 TEST(RunView, TheEndSaysWhy) {
   RunView view;
   view.add(state("walk", 1));
