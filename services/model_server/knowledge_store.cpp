@@ -270,7 +270,8 @@ KnowledgeStore::KnowledgeStore(const std::string& folder, Access access) : impl_
     require(!error, ErrorCode::model_store, "cannot create the folder " + folder + ": " + error.message() + "; set store_folder to one that can be written");
     impl_->lock.emplace(folder + "/knowledge.lock");
   } else {
-    require(std::filesystem::exists(path, error), ErrorCode::model_store, "there is no " + path + "; name the folder that a model server used as its store_folder");
+    require(std::filesystem::exists(path, error), ErrorCode::model_store,
+            "there is no " + path + "; name with --store the folder that a model server used as its store_folder (of `periplus run` and `up`: knowledge in their own folder)");
   }
   // Readers open it for writing too: what a killed server left in the log belongs to the database.
   const int flags = access == Access::write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READWRITE;
