@@ -21,14 +21,15 @@ constexpr int kSchema = 2;  // 1: no checksums
 constexpr int kMostSchemas = 9999;  // beyond, the number itself is damaged
 constexpr const char* kDamaged = "the file is damaged: put back a copy, or export what periplus model list still reads and move it away";
 
-// What a person may do about it.
-const char* way_out(int sqlite_error) {
-  switch (sqlite_error & 0xff) {
+// Throws what SQLite last said of `db`, with what a person may do about it.
+[[noreturn]] void refuse(sqlite3* db) {
+  const std::string message = std::string("the knowledge database refused: ") + sqlite3_errmsg(db) + "; ";
+  switch (sqlite3_errcode(db) & 0xff) {
     case SQLITE_BUSY:
-    case SQLITE_LOCKED: return "another program holds it: try again when that is done";
+    case SQLITE_LOCKED: throw_error(ErrorCode::model_store, message + "another program holds it: try again when that is done");
     case SQLITE_NOTADB:
-    case SQLITE_CORRUPT: return kDamaged;
-    default: return "see that its disk is writable and not full, or that the file is undamaged (periplus model verify)";
+    case SQLITE_CORRUPT: throw DamagedDatabase(message + kDamaged);
+    default: throw_error(ErrorCode::model_store, message + "see that its disk is writable and not full, or that the file is undamaged (periplus model verify)");
   }
 }
 
@@ -69,11 +70,7 @@ class Statement {
 
  private:
   void check(bool good) const {
-    if (good) return;
-    const int error = sqlite3_errcode(db_);
-    const std::string message = std::string("the knowledge database refused: ") + sqlite3_errmsg(db_) + "; " + way_out(error);
-    if (const int kind = error & 0xff; kind == SQLITE_NOTADB || kind == SQLITE_CORRUPT) throw DamagedDatabase(message);
-    throw_error(ErrorCode::model_store, message);
+    if (!good) refuse(db_);
   }
   sqlite3* db_;
   sqlite3_stmt* statement_ = nullptr;

@@ -84,14 +84,24 @@ struct Files {
   }
 };
 
-TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
-  const std::string store = ::testing::TempDir() + "model_server_service_test." + std::to_string(::getpid());
-  std::filesystem::remove_all(store);
-  const dds::testing::TestDomain domain;
+// A place for stores that is not there yet.
+std::string empty_folder(const std::string& name) {
+  const std::string folder = ::testing::TempDir() + "model_server_service_test." + name + "." + std::to_string(::getpid());
+  std::filesystem::remove_all(folder);
+  return folder;
+}
+
+auto node_on(const dds::testing::TestDomain& domain) {
   dds::NodeOptions options;
   options.name = "model_server_service_test";
   options.domain = domain.id();
-  const auto node = dds::Node::create(options);
+  return dds::Node::create(options);
+}
+
+TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
+  const std::string store = empty_folder("first");
+  const dds::testing::TestDomain domain;
+  const auto node = node_on(domain);
   const dds::CallOptions patient{.deadline = 20s, .progress = {}, .cancelled = {}, .wait_for_server = 20s};
 
   dds::Publisher<msg::Perception> perceptions(*node, "periplus/perception", dds::qos_latest(8));
@@ -235,13 +245,9 @@ TEST(ModelServer, ServesALookAndGoesOnAfterAKill) {
 
 // Requests would go to the one or the other, and half of a run's views into each model.
 TEST(ModelServer, ASecondOneOfADomainIsRefusedWhateverItsStore) {
-  const std::string store = ::testing::TempDir() + "model_server_service_test.second." + std::to_string(::getpid());
-  std::filesystem::remove_all(store);
+  const std::string store = empty_folder("second");
   const dds::testing::TestDomain domain;
-  dds::NodeOptions options;
-  options.name = "model_server_service_test";
-  options.domain = domain.id();
-  const auto node = dds::Node::create(options);
+  const auto node = node_on(domain);
   dds::RpcClient<msg::DigestRequest, msg::DigestReply> digest(*node, "model/digest");
   Program first(store + "/a", domain.id());
   ASSERT_TRUE(digest.wait_for_server(20s));
